@@ -69,6 +69,7 @@ documents: $(VENV)/.development ## Write the pages anew that are made of the cod
 	$(BIN)/python -m gateway.core.verdicts > docs/verdicts.md
 	$(BIN)/python -m gateway.core.jogs > docs/jogs.md
 	$(BIN)/python -m gateway.core.states > docs/states.md
+	$(BIN)/python -m gateway.rorze.body_states > docs/body-states.md
 	$(BIN)/python -m commissioning.page
 	$(BIN)/python -m tests.bit_flips.page > docs/bit-flips.md
 	$(BIN)/python -m tests.catalogue.page > docs/faults.md

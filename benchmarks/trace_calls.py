@@ -1,7 +1,8 @@
 """Count how often the gateway passes from one of its files to another: `python -m benchmarks.trace_calls`.
 
-The stories run in virtual time against a simulated robot. From the request to its answer, calls are counted
-whose file is another than that of the call before, and how often each command is written out.
+The stories run in virtual time against a simulated robot, and a simulated body. From the request to its
+answer, calls are counted whose file is another than that of the call before, and how often each command is
+written out.
 """
 
 import re
@@ -16,6 +17,7 @@ from typing import Any, Self
 from protocols.fics.row import FicsCommand
 from protocols.table import Spoken
 from tests.api.robots.cell import HOME, UNIT, Cell, in_cell, mm
+from tests.api.stand import RELATIVE, Stand, on_stand
 
 ROOT = Path(__file__).parent.parent
 GATEWAY = tuple(str(ROOT / package) for package in ("api", "gateway", "transports"))
@@ -26,7 +28,8 @@ FIRST_INSTRUCTIONS = 6
 
 LINE = re.compile(
     r"protocols/|transports/|gateway/fics/(copies|exchange|line|session|upload_state)\.|"
-    r"gateway/core/(admission|copies|errors|exchange|fence|gate|lanes|line|load|loop_watch|origin|scheduler|"
+    r"gateway/rorze/(exchange|line|session)\.|"
+    r"gateway/core/(admission|copies|errors|exchange|fence|gate|histogram|lanes|line|load|loop_watch|origin|scheduler|"
     r"sequence_lock|session)\."
 )
 """The files that carry an exchange over a line: its port, its session and its protocol."""
@@ -95,16 +98,37 @@ async def first_move(cell: Cell) -> CallTrace:
     return trace
 
 
-@in_cell()
-async def main(cell: Cell) -> None:
+async def first_move_of_body(stand: Stand) -> CallTrace:
+    """Trace the first move of a body, from the request to 202."""
+    await stand.teach_speeds("3F")
+    with CallTrace() as trace:
+        answer = await stand.post("/bodies/3F/moves", {**RELATIVE, "speed": "high"})
+    assert answer.status_code == 202, answer.text
+    return trace
+
+
+def print_counts(what: str, trace: CallTrace) -> None:
     """Print the counts of a first move, and where they come from."""
-    trace = await first_move(cell)
     passes, above = trace.passes(), trace.passes_above_the_line()
-    print(f"{len(set(trace.files))} files, {passes.total()} changes of file, {above.total()} above the line")
-    print(f"{len(trace.written)} commands, written out {trace.written.total()} times")
+    files, commands = len(set(trace.files)), len(trace.written)
+    print(f"{what}: {files} files, {passes.total()} changes of file, {above.total()} above the line")
+    print(f"{commands} commands of a robot, written out {trace.written.total()} times")
     for (one, other), times in passes.most_common(40):
         print(f"{times:5} {one} -> {other}")
 
 
+@in_cell()
+async def robot(cell: Cell) -> None:
+    """Count the first move of a robot."""
+    print_counts("a robot", await first_move(cell))
+
+
+@on_stand()
+async def body(stand: Stand) -> None:
+    """Count the first move of a body."""
+    print_counts("a body", await first_move_of_body(stand))
+
+
 if __name__ == "__main__":
-    main()
+    robot()
+    body()

@@ -435,7 +435,7 @@ BOTH: Final = (
         "A link takes 3 ms from a question to its reply, besides the bytes; a port that does not tell its "
         "speed "
         "leads to 9600 baud.",
-        "`TURNAROUND_S` and `SLOWEST_BYTE_S` in `gateway/rorze/poll_intervals.py`: how often idle bodies are "
+        "`TURNAROUND_S` and `SLOWEST_BYTE_S` in `gateway/rorze/probes.py`: how often idle bodies are "
         "asked; `reply_timeout_s`",
         "The times from question to reply are measured.",
         "Commands are told as unanswered before their replies can be there.",

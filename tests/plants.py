@@ -251,7 +251,7 @@ async def rig(
 def is_known(body: Body) -> bool:
     """Say whether the gateway knows what the body does, and will notice a loss of its power."""
     power = body.power
-    return body.position is not None and (power.mark is not None or power.taken or not power.comment)
+    return body.told.position is not None and power.mark.is_written
 
 
 # moves

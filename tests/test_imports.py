@@ -19,7 +19,7 @@ def graph() -> grimp.ImportGraph:
     return grimp.build_graph(*PACKAGES, cache_dir=None, exclude_type_checking_imports=False)
 
 
-@pytest.mark.parametrize("feature", ["gateway.rorze.captures", "gateway.rorze.noise_filters"])
+@pytest.mark.parametrize("feature", ["gateway.rorze.captures", "gateway.rorze.settings"])
 def test_a_small_feature_is_read_with_few_files(graph: grimp.ImportGraph, feature: str) -> None:
     files = {feature, *graph.find_upstream_modules(feature)}
     assert len(files) <= MOST, sorted(files)

@@ -39,7 +39,7 @@ from gateway.door import (
     traces,
 )
 from gateway.door.commands import rows_of
-from gateway.door.doors import door_of
+from gateway.door.doors import rows_of_door
 from gateway.families import FAMILIES, registered
 from protocols.table import Effect
 
@@ -104,7 +104,7 @@ def operations_of(kinds: Iterable[type[Registered]]) -> Iterator[Operation]:
     for rows in SECTIONS:
         yield from rows
     for kind in kinds:
-        for rows in (*getattr(door_of(kind), "ROWS", ()), *kind.rows):
+        for rows in (*rows_of_door(kind), *kind.rows):
             yield from rows
         if issubclass(kind, Family):
             yield from rows_of(kind)

@@ -3,13 +3,18 @@
 import asyncio
 import re
 import secrets
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections import deque
+from collections.abc import AsyncGenerator, Awaitable, Callable, Coroutine, Iterable, Mapping, Sequence
 from contextlib import AbstractAsyncContextManager, AbstractContextManager
-from typing import Any, Final, Protocol, TypeVar
+from operator import eq
+from typing import Any, Final, Literal, Protocol, TypeVar
 
-from gateway.core.errors import GatewayError
+from gateway.core.errors import GatewayError, NotSent
 from gateway.core.lanes import Lane
+from gateway.rorze.exchange import CLEAN_AFTER_S
 from gateway.rorze.units import Scale
+from protocols.rorze.notation import PositionReference
+from protocols.rorze.position_table import GetNumberedPositionEntry
 from protocols.rorze.row import RorzeCommand
 from protocols.table import Reply
 
@@ -36,7 +41,7 @@ class AskedLine(Protocol):
 
     @property
     def gate(self) -> Epochs:
-        """What looks at each frame."""
+        """The gate that every frame passes."""
 
     @property
     def last_error_at(self) -> float | None:
@@ -52,32 +57,39 @@ class AskedLine(Protocol):
 
 
 class KnownFlash(Protocol):
-    """What flash memory is known to hold."""
+    """The known content of flash memory."""
 
     @property
     def known(self) -> bool:
-        """Whether anything is known."""
+        """True if anything is known."""
 
     def held(self, question: RorzeCommand[Any], /) -> Reply | None:
         """How a question would be answered by it."""
 
     def may_be_unset(self, command: RorzeCommand[Any], /) -> bool:
-        """Whether what a command sets may never have been set, though it reads so."""
+        """True if what a command sets may never have been set, though it reads so."""
+
+
+Homed = Literal["yes", "no", "unknown"]
 
 
 class PowerLosses(Protocol):
     """The losses of a body's power."""
 
     @property
+    def homed(self) -> Homed:
+        """True if it was homed, and has kept its power since."""
+
+    @property
     def losses(self) -> int:
         """Counts them."""
 
 
-class PowerMark(Protocol):
-    """What a body forgets without power."""
+class StandingMark(Protocol):
+    """A mark that a body forgets without power."""
 
     async def stands(self, lane: Lane, /) -> bool | None:
-        """Whether it is there; None where that is not known."""
+        """True if it is there; None where that is not known."""
 
 
 def new_mark() -> str:
@@ -86,16 +98,16 @@ def new_mark() -> str:
 
 
 def is_mark(text: str) -> bool:
-    """Whether a comment is empty, or a mark of this gateway or of an earlier one: it may be overwritten."""
+    """True if a comment is empty, or a mark of this gateway or of an earlier one: it may be overwritten."""
     return not text or _MARK.fullmatch(text) is not None
 
 
 class Resting(Protocol):
-    """What a body says of its motor."""
+    """A body's answer about its motor."""
 
     @property
     def runs(self) -> bool:
-        """Whether pulses run."""
+        """True if pulses run."""
 
 
 class AskedBody(Protocol):
@@ -103,16 +115,24 @@ class AskedBody(Protocol):
 
     number: int
     """Its number on the line."""
-    scale: Scale | None
-    """Its pulses in a unit; None: not configured."""
-    input_names: Mapping[int, str]
-    """The names of its inputs, by their numbers."""
-    sent_count: int
-    """Counts the commands sent to it that are no reads."""
-    poll_interval_s: float
-    """While it has a move, its state is asked for this often."""
     changing: asyncio.Lock
     """Held while its settings are being changed."""
+
+    @property
+    def scale(self) -> Scale | None:
+        """Its pulses in a unit; None: not configured."""
+
+    @property
+    def input_names(self) -> Mapping[int, str]:
+        """The names of its inputs, by their numbers."""
+
+    @property
+    def sent_count(self) -> int:
+        """Counts the commands sent to it that are no reads."""
+
+    @property
+    def poll_interval_s(self) -> float:
+        """While it has a move, its state is asked for this often."""
 
     @property
     def line(self) -> AskedLine:
@@ -124,15 +144,15 @@ class AskedBody(Protocol):
 
     @property
     def flash(self) -> KnownFlash:
-        """What its flash memory holds."""
+        """The content of its flash memory, as far as known."""
 
     @property
     def power(self) -> PowerLosses:
-        """What is known of its power."""
+        """The state of its power, as far as known."""
 
     @property
-    def mark(self) -> PowerMark:
-        """What shows that it has kept its power."""
+    def mark(self) -> StandingMark:
+        """The mark that shows that it has kept its power."""
 
     @property
     def move(self) -> object | None:
@@ -153,3 +173,73 @@ class AskedBody(Protocol):
 
         :raises GatewayError: it did not tell.
         """
+
+
+# what decides something is read twice on a line that errs
+
+MOST_READINGS = 8
+"""Readings without two equal ones in a row, after which a value counts as unknown."""
+
+AHEAD = 2
+"""Questions of one reader at the line: enough to keep it busy, few enough not to delay others."""
+
+T = TypeVar("T")
+
+
+def errs(line: AskedLine) -> bool:
+    """True if the line has lately garbled or lost a frame."""
+    error_at = line.last_error_at
+    return error_at is not None and asyncio.get_running_loop().time() - error_at < CLEAN_AFTER_S
+
+
+async def believed(
+    line: AskedLine, read: Callable[[], Awaitable[T]], agree: Callable[[Any, Any], bool] = eq
+) -> T:
+    """Give a reading; while the line errs, one that came twice in a row.
+
+    :raises NotSent: no two readings agree.
+    :raises GatewayError: it was not read.
+    """
+    found = await read()
+    for _ in range(MOST_READINGS):
+        if not errs(line):
+            return found
+        again = await read()
+        if agree(found, again):
+            return again
+        found = again
+    raise NotSent(
+        f"Line {line.id} garbles its frames: no two readings agree; only questions were sent.", "Try again."
+    )
+
+
+async def read_pulses(body: AskedBody, number: int) -> int:
+    """Read one stored position (3ND); on a line that errs it is believed when it came twice.
+
+    :raises GatewayError: it was not read.
+    """
+    command = GetNumberedPositionEntry(entry=PositionReference(position=number))
+
+    async def ask() -> int:
+        return (await body.ask(command))[0].pulses
+
+    return await believed(body.line, ask)
+
+
+async def closely(questions: Iterable[Coroutine[Any, Any, T]]) -> AsyncGenerator[T, None]:
+    """Give answers in order; the next question waits at the line while the one before is answered.
+
+    :raises GatewayError: one was not answered.
+    """
+    asked: deque[asyncio.Task[T]] = deque()
+    try:
+        for question in questions:
+            asked.append(asyncio.create_task(question))
+            if len(asked) == AHEAD:
+                yield await asked.popleft()
+        while asked:
+            yield await asked.popleft()
+    finally:
+        for task in asked:
+            task.cancel()
+        await asyncio.gather(*asked, return_exceptions=True)

@@ -5,16 +5,17 @@ import re
 from collections import deque
 from collections.abc import Awaitable, Callable, Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
+from fractions import Fraction
 from functools import partial
 from typing import Final, TypeVar
 
 from pydantic import ValidationError
 
 from gateway.core.backup_text import BackupLine, BackupPart, commented, parts_of, refuse, section
-from gateway.core.errors import BodyBusy, ControllerRefused, Misplaced
+from gateway.core.errors import BodyBusy, ControllerRefused, InvalidRequest, Misplaced
 from gateway.core.lanes import Lane
 from gateway.core.readings import ProgressListener
-from gateway.core.restore_record import Difference
+from gateway.core.restore_record import Difference, ScaleDifference, Units
 from gateway.rorze import stored_program
 from gateway.rorze.asked_body import is_mark
 from gateway.rorze.backup_places import (
@@ -25,25 +26,28 @@ from gateway.rorze.backup_places import (
     BackupPlace,
     Command,
     Section,
+    given,
     normal,
     place_of,
     words_of,
 )
 from gateway.rorze.bodies import Body
-from gateway.rorze.flash_state import SHARES
+from gateway.rorze.knowledge import SHARES
 from gateway.rorze.units import Scale
-from protocols.rorze.commands import COMMANDS
+from protocols.rorze import encoder, inputs_outputs, interpolation, modes, origin, patterns, speeds
+from protocols.rorze.commands import COMMANDS, Row
 from protocols.rorze.inputs_outputs import SetErrorOutput, SetInterruptAction, SetInterruptMode
 from protocols.rorze.modes import SetOperatingMode
-from protocols.rorze.notation import PositionReference
+from protocols.rorze.notation import BILLION, PositionReference
 from protocols.rorze.patterns import SetPattern, SetSpeedChange
 from protocols.rorze.position_table import SetPositionEntry
-from protocols.rorze.programs import GetLastProgramAddress
+from protocols.rorze.programs import GetLastProgramAddress, SetProgramMemory
 from protocols.rorze.speeds import (
     SetMaximumAcceleration,
     SetMaximumSpeed,
     SetStartSpeed,
 )
+from protocols.rorze.stall_sensor import SetStallSensorInterval
 from protocols.rorze.status import GetInformation, SetUserComment
 from protocols.rorze.user_program.assembler import Assembled, assemble
 from protocols.table import WireFault
@@ -52,10 +56,10 @@ T = TypeVar("T")
 
 KIND = "body"
 AHEAD = 2
-"""So many questions wait at the line, that it has no rest; more would hold up others who read the body."""
+"""Questions in flight: enough to keep the line busy, few enough not to delay other readers of the body."""
 SPEEDS = (SetStartSpeed, SetMaximumSpeed, SetMaximumAcceleration)
 READINGS = 4
-"""What is read otherwise again and again is told as it was read last."""
+"""Readings of a value that changes each time; the last one is told."""
 NOT_THERE: Final = {"0x61"}
 """The refusal of what the operating mode does not have."""
 NO_PATTERN: Final = {"0x47"}
@@ -67,7 +71,7 @@ PREAMBLE = (
 
 OnRead = Callable[[], None]
 Names = Mapping[int, str]
-"""Of positions, by their numbers."""
+"""Names of positions, by their numbers."""
 NO_NAMES: Final[Names] = {}
 SCALE: Final = "scale"
 """The section that tells how many pulses a unit is."""
@@ -76,14 +80,14 @@ _SCALE: Final = re.compile(r"([0-9]+(?:\.[0-9]+)?) pulses/([a-z]+)")
 
 @dataclass
 class Contents:
-    """What a body keeps, or should."""
+    """The content of a body, or of a backup of it."""
 
     places: dict[Section, dict[str, Command]] = field(default_factory=dict)
     """By section and by place, the commands that set it."""
     program: Assembled | tuple[str, ...] | None = None
     """None where it is not among the sections."""
     unread: list[str] = field(default_factory=list)
-    """What the body has refused to tell, and why."""
+    """The places that the body has refused to tell, and why."""
     scale: Scale | None = None
     """In which its pulses were those of lengths or angles; None where nothing tells."""
 
@@ -99,17 +103,17 @@ class Contents:
 
     @property
     def in_encoder_counts(self) -> bool:
-        """Whether its positions are encoder counts, as its settings tell (EAS)."""
+        """True if its positions are encoder counts, as its settings tell (EAS)."""
         settings = self.places.get("settings", {}).values()
         return any(isinstance(it, SetOperatingMode) and it.mode == "encoder" for it in settings)
 
     def without(self, sections: Collection[str]) -> "Contents":
-        """The same without sections, which a restore leaves as they are."""
+        """Leave out sections, which a restore leaves as they are."""
         places = {name: commands for name, commands in self.places.items() if name not in sections}
         return replace(self, places=places, program=None if "program" in sections else self.program)
 
     def lasting(self) -> "Contents":
-        """The same without what is gone with the power."""
+        """Leave out all that is gone with the power."""
         lasting: dict[Section, dict[str, Command]] = {
             section: {key: it for key, it in commands.items() if not isinstance(it, RAM_ONLY)}
             for section, commands in self.places.items()
@@ -137,7 +141,7 @@ async def read(body: Body, sections: Iterable[Section], on_read: OnRead = lambda
 
 
 def _depends(place: BackupPlace) -> bool:
-    """Whether what was read before decides whether it is asked for."""
+    """True if what was read before decides whether it is asked for."""
     return place.row is SetSpeedChange or place.row in SHARES
 
 
@@ -193,10 +197,10 @@ class _Reading:
         return None if command is None or self._is_mark(command) else command
 
     def _is_mark(self, command: Command) -> bool:
-        """Whether it is the comment by which the gateway sees a loss of power."""
+        """True if it is the comment by which the gateway sees a loss of power."""
         if not isinstance(command, SetUserComment):
             return False
-        return command.comment_number == self.body.power.comment and is_mark(command.text)
+        return command.comment_number == self.body.power.mark.comment and is_mark(command.text)
 
 
 async def confirm(body: Body, wanted: Contents, held: Contents) -> None:
@@ -239,7 +243,7 @@ async def text_of(body: Body, names: Names = NO_NAMES, on_read: OnRead = lambda:
     contents.scale = body.scale
     if await body.mark.stands(Lane.READ) is False or body.power.losses != losses:
         raise BodyBusy(f"{body.address} has lost its power while it was read.", "Read the backup again.")
-    named = f" ({body.name})" if body.name else ""
+    named = f" ({body.configured.name})" if body.configured.name else ""
     return f"\n; /bodies/{body.address}{named}, {version.text}\n{written(body, contents, names)}"
 
 
@@ -251,7 +255,7 @@ class BodySource:
     require_free: Callable[[], None]
     """Raises where its program, or all it keeps, is being changed."""
     names: Names
-    """Of its positions, by number."""
+    """Names of its positions, by number."""
 
     @property
     def address(self) -> str:
@@ -306,7 +310,7 @@ def _line(command: Command) -> str:
 
 
 def _positions(body: Body, contents: Contents, names: Names) -> Iterator[str]:
-    """Those that are not 0, or have a name; with their place in the unit of the body, and their name."""
+    """Lines of positions that are not 0 or have a name, each with its place in the body's unit and name."""
     pulses = {
         it.entry.position: it.pulses or 0
         for it in contents.places["positions"].values()
@@ -437,7 +441,7 @@ def _setting(name: Section, text: str) -> tuple[str, Command]:
 
 
 def differences(body_id: str, wanted: Contents, held: Contents) -> list[Difference]:
-    """What a body holds otherwise than a backup has it."""
+    """The differences between a body and a backup."""
     found = [
         Difference(
             target=body_id,
@@ -540,3 +544,101 @@ def _table(
     for key, command in wanted.items():
         if key in keys or (isinstance(command, SetSpeedChange) and command.pattern in cleared):
             yield command
+
+
+# for a body whose pulses are of another length
+
+IN_PULSES: Final[Mapping[Row, tuple[str, ...]]] = {
+    SetPositionEntry: ("pulses",),
+    modes.SetSoftLimits: ("lower", "upper"),
+    inputs_outputs.SetInterruptRange: ("lower", "upper"),
+    origin.SetOriginOffset: ("offset",),
+    SetStallSensorInterval: ("interval",),
+    encoder.SetEncoderStallThreshold: ("threshold",),
+    encoder.SetEncoderRatio: ("ratio",),
+    encoder.SetAdjustmentLimit: ("limit",),
+    encoder.SetAdjustmentSpeed: ("speed",),
+    interpolation.SetPulsesPerTurn: ("pulses",),
+    speeds.SetStartSpeed: ("speed",),
+    speeds.SetMaximumSpeed: ("speed",),
+    speeds.SetMaximumAcceleration: ("acceleration",),
+    patterns.SetSpeedChange: ("begin", "end", "speed"),
+}
+"""The fields that grow with the pulses a unit is. Percent, times and counts of tries do not."""
+FARTHEST: Final = BILLION - 1
+"""As a bound it says that there is none; as a place it is one."""
+
+
+def for_body(wanted: Contents, body: Body, units: Units | None) -> tuple[Contents, ScaleDifference | None]:
+    """Give what a body is to hold, and how its scale differs from that of the backup, if it does.
+
+    A backup that does not tell its scale is taken as it is, and so is one for a body of the same scale.
+
+    :raises InvalidRequest: the scales differ, and `units` does not say what to do, or it cannot be done.
+    """
+    if wanted.scale is None or _is_same(wanted.scale, body.scale):
+        return wanted, None
+    own = "no scale" if body.scale is None else body.scale.words
+    differ = f"The backup was made at {wanted.scale.words}, and {body.address} has {own}"
+    if units is None:
+        raise InvalidRequest(
+            f"{differ}: the same pulses would be other places; nothing was sent.",
+            "Say `units`: keep_pulses restores the pulses as they are, convert keeps the lengths and speeds.",
+        )
+    found = ScaleDifference(target=body.address, backup=wanted.scale.words, controller=own, units=units)
+    if units == "keep_pulses":
+        return wanted, found
+    factor = None if body.scale is None else body.scale.per(wanted.scale)
+    if factor is None:
+        raise InvalidRequest(f"{differ}: one is not converted to the other; nothing was sent.", TAKE_OUT)
+    for why in _hindrances(wanted):
+        raise InvalidRequest(f"{differ}: {why}; nothing was sent.", TAKE_OUT)
+    return _converted(wanted, factor), found
+
+
+TAKE_OUT: Final = "Take out what cannot be converted, or say `units`: keep_pulses."
+
+
+def _is_same(one: Scale, other: Scale | None) -> bool:
+    return other is not None and other.per(one) == 1
+
+
+def _hindrances(wanted: Contents) -> Iterator[str]:
+    """Why a backup is not converted: numbers whose unit is not known here, or that no scale converts."""
+    if wanted.in_encoder_counts:
+        yield "in encoder mode its positions are encoder counts (EAS), which are not converted"
+    if wanted.instructions:
+        yield "its [program] may have amounts in pulses, which are not converted"
+    memories = wanted.places.get("memories", {}).values()
+    if any(isinstance(it, SetProgramMemory) and it.memory[0] == "D" for it in memories):
+        yield "data memories of [memories] may be amounts in pulses, which are not converted"
+
+
+def _converted(wanted: Contents, factor: Fraction) -> Contents:
+    places: dict[Section, dict[str, Command]] = {
+        name: {key: _scaled(command, factor) for key, command in commands.items()}
+        for name, commands in wanted.places.items()
+    }
+    return Contents(places, wanted.program)
+
+
+def _scaled(command: Command, factor: Fraction) -> Command:
+    """Scale a length or speed: to the nearest whole number of pulses, or of hundredths where there are such.
+
+    :raises InvalidRequest: the controller does not take so much, or so little.
+    """
+    fields = IN_PULSES.get(type(command), ())
+    place = isinstance(command, SetPositionEntry)
+    values = {name: it for name in fields if (it := getattr(command, name)) and (place or abs(it) < FARTHEST)}
+    scaled = {
+        name: round(it * factor) if isinstance(it, int) else round(float(Fraction(str(it)) * factor), 2)
+        for name, it in values.items()
+    }
+    try:
+        return normal(type(command)(**{**given(command), **scaled}))
+    except ValidationError:
+        text = f"{command.code}{command.written()}"
+        told = ", ".join(f"{name} {it}" for name, it in scaled.items())
+        raise InvalidRequest(
+            f"{text} comes to {told}, which {command.code} does not take; nothing was sent.", TAKE_OUT
+        ) from None

@@ -1,4 +1,4 @@
-"""What a body keeps, place by place: the command that sets it, and the question that tells it."""
+"""The places of a body's memory: the command that sets each, and the question that tells it."""
 
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
@@ -66,28 +66,28 @@ class BackupPlace:
 
     @property
     def question(self) -> Command:
-        """What reads it."""
+        """The question that reads it."""
         return _question_of(self.row, self.at)
 
     @property
     def key(self) -> str:
-        """What tells it from all others."""
+        """The key that tells it from all others."""
         return _key_of(self.question)
 
     @property
     def emptied(self) -> Command | None:
-        """What makes it 0, as a table is where it names nothing; None where nothing does."""
+        """The command that makes it 0, as a table is where it names nothing; None where nothing does."""
         value = _ZERO.get(self.row.code)
         return None if value is None else self.row(**self.at, **{value: 0})
 
     @property
     def can_be_unset(self) -> bool:
-        """Whether a command takes its value away, if only with those of others."""
+        """True if a command takes its value away, if only with those of others."""
         return self.row.code in _ZERO or self.row is SetSpeedChange
 
     @property
     def is_always_set(self) -> bool:
-        """Whether there is only one of its kind, which has a value from the beginning."""
+        """True if there is only one of its kind, which has a value from the beginning."""
         return not self.at
 
     def setting(self, reply: Reply) -> Command | None:
@@ -135,7 +135,7 @@ def place_of(command: Command) -> BackupPlace | None:
 
 
 def normal(command: Command) -> Command:
-    """The same, as a backup writes it: bounds are named, 32 bits of a memory are a number if they can be.
+    """Put a command as a backup writes it: bounds are named, 32 bits of a memory are a number if they can be.
 
     That a number below 0 has the bits of its two's complement is an assumption.
     """
@@ -151,7 +151,7 @@ def normal(command: Command) -> Command:
 
 
 def words_of(row: Row) -> str:
-    """What a command sets, in words, with the unit of its value."""
+    """Name the thing that a command sets, with the unit of its value."""
     title = _WORDS.get(row.code) or row.titles()[1].partition(";")[0].removeprefix("set ").removeprefix(
         "the "
     )
@@ -222,4 +222,4 @@ PLACES_OF: Final[Mapping[Section, Mapping[str, BackupPlace]]] = {
 PLACES: Final = {key: place for places in PLACES_OF.values() for key, place in places.items()}
 
 RAM_ONLY: Final[tuple[Row, ...]] = (SetProgramMemory, SetSpeedChange)
-"""What no flash memory holds (RC-420 manual 18): it is gone with the power."""
+"""Places that no flash memory holds (RC-420 manual 18): they are gone with the power."""

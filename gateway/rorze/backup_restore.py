@@ -14,8 +14,7 @@ from gateway.rorze.asked_body import is_mark
 from gateway.rorze.backup import Contents
 from gateway.rorze.backup_places import Command, place_of
 from gateway.rorze.bodies import Body
-from gateway.rorze.errors import SaveUncertain
-from gateway.rorze.exchange import RorzeExchange
+from gateway.rorze.exchange import RorzeExchange, SaveUncertain
 from gateway.rorze.program_uploads import BLOCK, WRITTEN_DOWN, ProgramUploads, blocks, require_rest
 from protocols.rorze.flash import SavePositions, SaveProgram, SaveSettings
 from protocols.rorze.programs import AddProgramInstruction, ClearProgram
@@ -33,7 +32,7 @@ CYCLE_WITHIN_S = 3600.0
 """Somebody has to switch it off and on within this time."""
 
 UPLOADED = (ClearProgram, AddProgramInstruction, SaveProgram)
-"""What an upload sends, whose own guard keeps out those of others."""
+"""Commands of an upload, whose own guard keeps out those of others."""
 
 
 @dataclass(eq=False)
@@ -48,7 +47,7 @@ class BodyRestore:
     held: Contents = field(default_factory=Contents)
     """As of the last comparison."""
     epoch: int = field(init=False)
-    """Of the body at the beginning: a stop ends the restore."""
+    """Stop epoch of the body at the beginning: a stop ends the restore."""
     series: Series | None = None
 
     def __post_init__(self) -> None:
@@ -70,14 +69,14 @@ class BodyRestore:
         return backup.answers_of(self.wanted)
 
     def lets_pass(self, exchange: RorzeExchange) -> bool:
-        """Whether an exchange may go while the body is restored: stops, reads, its own, the mark."""
+        """True if an exchange may go while the body is restored: stops, reads, its own, the mark."""
         command = exchange.command
         if command.effect in (Effect.STOP, Effect.READ):
             return True
         if exchange.series is not None and exchange.series is self.series:
             return True
         if isinstance(command, SetUserComment):
-            return command.comment_number == self.body.power.comment and is_mark(command.text)
+            return command.comment_number == self.body.power.mark.comment and is_mark(command.text)
         return isinstance(command, UPLOADED) and self.uploads.is_under_way(self.body)
 
     async def require_rest(self) -> None:
@@ -209,15 +208,14 @@ class BodyRestore:
         :raises SaveUncertain: it has lost its power since.
         :raises GatewayError: a command was not taken, or nobody knows.
         """
-        power = self.body.power
-        mark = power.mark
+        mark, written = self.body.power.mark, self.body.power.mark.text
         async with self.body.line.undivided([self.body.number]) as self.series:
             for command in self._saving():
                 self._require_wanted(watcher)
                 await self.body.ask(command)
-            if mark is not None:
-                told, _ = await self.body.ask(GetInformation(comment_number=power.comment), lane=Lane.VERIFY)
-                if told.text != mark:
+            if written is not None:
+                told, _ = await self.body.ask(GetInformation(comment_number=mark.comment), lane=Lane.VERIFY)
+                if told.text != written:
                     raise SaveUncertain(self.address, "the backup", "Restore it again.")
 
     def _saving(self) -> Iterator[Command]:

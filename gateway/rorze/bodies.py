@@ -1,12 +1,12 @@
 """A body as the gateway sees it: its address, what was last known of it, and how to ask it something."""
 
 import asyncio
-from collections.abc import Callable, Mapping
-from contextlib import AbstractAsyncContextManager, suppress
+from collections.abc import AsyncIterator, Callable, Iterator, Mapping, Sequence
+from contextlib import asynccontextmanager, contextmanager, suppress
 from dataclasses import dataclass, field
 from functools import cached_property
 from math import inf
-from typing import Any, Final, NamedTuple, TypeVar, cast
+from typing import Any, Final, TypeVar, cast
 
 from gateway.core.errors import BodyBusy, ControllerRefused, GatewayError, InvalidRequest, NoReply
 from gateway.core.lanes import Lane
@@ -14,35 +14,37 @@ from gateway.core.move_record import CountedIn, Move, MoveStatus
 from gateway.core.targets import Looked
 from gateway.core.trajectories import Trajectory
 from gateway.core.waiting import happens
-from gateway.rorze.edges import SensorEdges
-from gateway.rorze.errors import refused
-from gateway.rorze.exchange import Answered, Outcome, RorzeExchange
-from gateway.rorze.flash_state import FlashState
+from gateway.rorze.asked_body import believed, errs
+from gateway.rorze.body_states import BodyAction, BodyLife, BodyNews
+from gateway.rorze.config import Events
+from gateway.rorze.exchange import Answered, Outcome, RorzeExchange, refused
+from gateway.rorze.knowledge import (
+    COMMAND_ERROR,
+    PROGRAM_RUNS,
+    PULSES_RUNNING,
+    RENAMING,
+    STARTS_PROGRAM,
+    BodyFacts,
+    FlashState,
+    MotorState,
+    OwnRefusals,
+    Prepared,
+    SensorEdges,
+    Tell,
+    Tracker,
+    Trackers,
+)
 from gateway.rorze.line import Line, lane_of
-from gateway.rorze.mark import Mark
-from gateway.rorze.own_refusals import OwnRefusals
-from gateway.rorze.position_flash import PositionFlash
-from gateway.rorze.power import POWER_ON_POSITION, RENAMING, BodyPower
-from gateway.rorze.readings import believed, errs
+from gateway.rorze.power import POWER_ON_POSITION, BodyPower, Mark
 from gateway.rorze.units import Scale
 from protocols.rorze.commands import COMMANDS
-from protocols.rorze.flash import LoadProgram
-from protocols.rorze.interpolation import Preparation, SetStartPosition
 from protocols.rorze.link import Refusal
-from protocols.rorze.modes import GetOperatingMode, OperatingMode, SetOperatingMode
+from protocols.rorze.modes import GetOperatingMode
 from protocols.rorze.origin import GetHomingDistance
-from protocols.rorze.patterns import GetPattern, PatternSpeedSets, SetPattern
-from protocols.rorze.position import GetPosition, SetPosition, SignedPulses
+from protocols.rorze.patterns import GetPattern
+from protocols.rorze.position import GetPosition, SignedPulses
 from protocols.rorze.profile import SpeedParameters
-from protocols.rorze.programs import (
-    AddProgramInstruction,
-    ClearProgram,
-    EndProgram,
-    GetProgramStatus,
-    ProgramStatus,
-    RunProgram,
-    StepProgram,
-)
+from protocols.rorze.programs import EndProgram, GetProgramStatus
 from protocols.rorze.row import ModeName, RorzeCommand
 from protocols.rorze.status import (
     CONTROLLER_STATUS_BITS,
@@ -52,52 +54,30 @@ from protocols.rorze.status import (
     SetUserComment,
     names_of,
 )
-from protocols.table import Ack, Effect, Reply
+from protocols.table import Effect, Reply
 
 R = TypeVar("R", bound=Reply)
 
 STATUS: Final = GetControllerStatus()
 """A question that is asked all the time is built once."""
 POSITION: Final = GetPosition()
-PULSES_RUNNING = 0x01
-"""Bit of the controller status (9CD)."""
-PROGRAM_RUNS = 1
-"""Bit 0 of a program's status (URD)."""
 NO_PROGRAM_S = 120.0
 """That no program runs is believed for this time: an autostart after a short loss of power may be unseen."""
 ENCODER_SWAYS = 16
 """Encoder counts by which a shaft at rest may sway through 0, where one would stand that was switched on."""
-CHANGE_PROGRAM: Final = (ClearProgram, AddProgramInstruction, LoadProgram)
-"""After these a body has another program in RAM."""
 BELIEVED_S = 0.5
 """Where a motor rests is asked again before a move when it was read longer ago: power is lost at rest too."""
 
 
 def counted_in(mode: ModeName | None) -> CountedIn:
-    """What positions and amounts are counted in (RC-420 manual 13.1)."""
+    """The unit in which positions and amounts are counted (RC-420 manual 13.1)."""
     return "encoder_counts" if mode == "encoder" else "pulses"
 
 
-class MotorState(NamedTuple):
-    """What a controller says of its motor."""
+@dataclass(frozen=True)
+class Configured:
+    """A body's part of the configuration."""
 
-    bits: int
-    position: int
-    cause: int = 0
-    """Of the end (9MD), where it was asked for."""
-
-    @property
-    def runs(self) -> bool:
-        """Whether pulses run."""
-        return bool(self.bits & PULSES_RUNNING)
-
-
-@dataclass(eq=False)
-class Body(Looked):
-    """One RC-420 axis controller."""
-
-    line: Line
-    number: int
     name: str = ""
     scale: Scale | None = None
     input_names: Mapping[int, str] = field(default_factory=dict)
@@ -110,79 +90,154 @@ class Body(Looked):
     """The pattern that is reserved for moves with a speed of their own; None: not configured."""
     poll_interval_s: float = 0.2
     """While it has a move, its state is asked for this often."""
-    on_news: Callable[[str, dict[str, object]], None] = lambda _kind, _facts: None
-    """Called with what it does unasked: the kind of event, and its data."""
-    power: BodyPower = field(default_factory=BodyPower)
-    flash: FlashState = field(default_factory=FlashState)
-    position_flash: PositionFlash = field(default_factory=PositionFlash)
-    mark: Mark = field(init=False)
-    edges: SensorEdges = field(init=False)
-    _own_refusals: OwnRefusals = field(init=False)
-    moving: bool | None = None
-    """None until its status has been read since it was out of reach."""
-    changing: asyncio.Lock = field(default_factory=asyncio.Lock)
-    """Held while its settings are being changed."""
-    limiting: asyncio.Lock = field(default_factory=asyncio.Lock)
+    events: Events | None = None
+    """The changes that it reports unasked."""
+
+
+@dataclass(eq=False)
+class OwnSpeed:
+    """The speed that was written last for a move with a speed of its own."""
+
+    lock: asyncio.Lock = field(default_factory=asyncio.Lock)
     """Held from when the speed of a move is written until the move has started."""
-    slow_written: SpeedParameters | None = None
-    """The speeds that were written last for a move with a speed of its own."""
-    companions: "list[Body]" = field(default_factory=list)
-    """Those that move only together, itself among them."""
-    poll_due: asyncio.Event = field(default_factory=asyncio.Event)
-    """Its state is to be read now, not at the next poll."""
-    rest: MotorState | None = None
-    """What it said when it was last seen at rest; None once it may have moved since."""
-    rest_at: float = 0.0
-    status_bits: int | None = None
-    position: int | None = None
-    position_at: float | None = None
-    trajectory: Trajectory[int] | None = None
-    """Where it is seen during the move that is not over yet."""
-    changes: int = 0
-    """Counts what may have changed its settings."""
-    mode: ModeName | None = None
-    """Its operating mode; None where it may have changed since it was read."""
-    prepared: bool | None = None
-    """Whether an interpolated move was prepared since it got positions or moved; None: not known."""
-    prepared_pattern: int | None = None
-    """The acceleration pattern of the interpolated move that was prepared last; None: the standard one."""
-    pattern: int | None = None
-    """The acceleration pattern of its move; None: the standard one, or not known."""
-    pattern_sets: dict[int, PatternSpeedSets] = field(default_factory=dict)
-    """The speed sets of its patterns, as it has told them: in motion it does not."""
-    sent_count: int = 0
-    """Counts the commands sent to it that are no reads: a poll around one of these has seen two states."""
-    no_program_at: float | None = None
-    """When it last said that no user program runs; None where one may have been started since."""
-    program_ends: bool = False
-    """Whether its program was read, has no move without an end, and was not changed since."""
-    in_program: bool = False
-    """Whether a program that the gateway has started is not over, as far as is known: it moves the motor."""
+    written: SpeedParameters | None = None
+    companions: "Sequence[Body]" = ()
+    """The bodies that move only together, itself among them: their ramps may be in its pattern, too."""
+
+    def was_written(self, speeds: SpeedParameters) -> None:
+        """The reserved pattern has these speeds now."""
+        self.written = speeds
+
+    def shares_ramps_with(self, bodies: "Sequence[Body]") -> None:
+        """These bodies, itself among them, move only together."""
+        self.companions = bodies
+
+
+@dataclass(eq=False)
+class BodyMotion:
+    """The move of a body that is not over yet, and the signs of its end."""
+
     move: Move | None = None
-    """The move that is not over yet."""
-    move_ended: asyncio.Event = field(default_factory=asyncio.Event)
+    trajectory: Trajectory[int] | None = None
+    """Where it is seen during the move."""
+    announced: asyncio.Event = field(default_factory=asyncio.Event)
     """The link master has announced the end of a move."""
     end_due: asyncio.Event = field(default_factory=asyncio.Event)
     """The move seems to be over: the link master has announced it, or a stop is confirmed."""
-    watched: bool = False
-    """Whether the robot it belongs to is asked as a whole, so that nobody need ask it again and again."""
-    being_stopped: bool = False
-    stop_was_proved: bool = False
-    """Whether the last stop was being proved already when it was called late."""
-    """Whether a stop is under way that is not confirmed yet."""
-    stopped_at: int | None = None
-    """Where it stood when a stop was confirmed since its last move was sent."""
     free: asyncio.Event = field(default_factory=asyncio.Event)
     """The last move is over and recorded: the next one may begin."""
-    went_silent: bool = False
-    """Whether it has been offline since its last move was sent: it may have lost its power meanwhile."""
-    _heard_at: float | None = None
+    watched: bool = False
+    """True if its robot is asked as a whole, so that this body is asked alone now and then only."""
+    stopped_at: int | None = None
+    """Where it stood when a stop was confirmed since its last move was sent."""
+    stop_was_proved: bool = False
+    """True if the last stop was being proved already when it was called late."""
+
+    def claim(self, move: Move) -> None:
+        """Let no other move begin."""
+        self.move = move
+        self.free.clear()
+
+    def trace(self, trajectory: Trajectory[int]) -> None:
+        """Keep where it is seen from now on."""
+        self.trajectory = trajectory
+
+    def release(self) -> None:
+        """Let another move begin."""
+        self.move = self.trajectory = None
+        self.free.set()
+
+    def was_sent(self) -> None:
+        """No sign of an end so far is one of this move."""
+        self.stopped_at = None
+        self.announced.clear()
+        self.end_due.clear()
+
+    def was_stopped(self, position: int | None) -> None:
+        """A stop was confirmed there."""
+        self.stopped_at = position
+        self.end_due.set()
+
+    def end_was_announced(self) -> None:
+        """A reason to ask now, never a proof."""
+        self.announced.set()
+        self.end_due.set()
+
+    def stop_is_confirmed(self, *, disproves_its_alarm: bool) -> None:
+        """A stop is proved; the proof may have been under way when the hardware stop was called for."""
+        self.stop_was_proved = disproves_its_alarm
+
+    @contextmanager
+    def watched_as_a_whole(self) -> Iterator[None]:
+        """Its robot is asked as a whole meanwhile."""
+        self.watched = True
+        try:
+            yield
+        finally:
+            self.watched = False
+            self.end_due.set()
+
+
+@dataclass(eq=False)
+class Body(Looked):
+    """One RC-420 axis controller."""
+
+    line: Line
+    number: int
+    configured: Configured = field(default_factory=Configured)
+    power: BodyPower = field(default_factory=BodyPower)
+    on_news: Tell = lambda _kind, _facts: None
+    """Called with what it does unasked: the kind of event, and its data."""
+    told: BodyFacts = field(default_factory=BodyFacts)
+    flash: FlashState = field(default_factory=FlashState)
+    prepared: Prepared = field(default_factory=Prepared)
+    life: BodyLife = field(default_factory=BodyLife)
+    motion: BodyMotion = field(default_factory=BodyMotion)
+    own_speed: OwnSpeed = field(default_factory=OwnSpeed)
+    changing: asyncio.Lock = field(default_factory=asyncio.Lock)
+    """Held while its settings are being changed."""
+    mark: Mark = field(init=False)
+    _own_refusals: OwnRefusals = field(default_factory=OwnRefusals, init=False)
+    _trackers: Trackers = field(init=False)
+    """All that hear of each exchange with it."""
 
     def __post_init__(self) -> None:
         self.power.on_news = self._power_news
         self.mark = Mark(self)
-        self._own_refusals = OwnRefusals(self)
-        self.edges = SensorEdges(self.input_names, lambda kind, facts: self.on_news(kind, facts))
+        edges = SensorEdges(self.input_names, lambda kind, facts: self.on_news(kind, facts))
+        self._trackers = Trackers(self.flash, self.told, self.prepared, edges, self._own_refusals, self.power)
+
+    # what is known of it
+
+    @property
+    def scale(self) -> Scale | None:
+        """Its pulses in a unit; None: not configured."""
+        return self.configured.scale
+
+    @property
+    def input_names(self) -> Mapping[int, str]:
+        """The names of its inputs, by their numbers."""
+        return self.configured.input_names
+
+    @property
+    def poll_interval_s(self) -> float:
+        """While it has a move, its state is asked for this often."""
+        return self.configured.poll_interval_s
+
+    @property
+    def sent_count(self) -> int:
+        """Counts the commands sent to it that are no reads."""
+        return self.told.sent_count
+
+    @property
+    def moving(self) -> bool | None:
+        """True if its motor runs; None until its status has been read since it was out of reach."""
+        return self.life.moving
+
+    @property
+    def move(self) -> Move | None:
+        """The move that is not over yet."""
+        return self.motion.move
 
     @cached_property
     def short(self) -> str:
@@ -196,25 +251,42 @@ class Body(Looked):
 
     @property
     def online(self) -> bool:
-        """Whether it can be asked now, as far as is known."""
-        return self.line.state != "down" and self.number not in self.line.silent
+        """True if it can be asked now, as far as is known."""
+        return self.line.state != "down" and self.number not in self.line.presence.silent
 
     @property
     def settings(self) -> tuple[int, int]:
         """Tells whether its settings may have changed: by a command, or with its power."""
-        return self.changes, self.power.losses
+        return self.told.changes, self.power.losses
 
     @property
     def last_heard_at(self) -> float | None:
         """When it last answered anything, in the event loop's time."""
-        at, in_group = self.line.heard_at(self.number), self._heard_at
+        at, in_group = self.line.presence.heard_at(self.number), self.told.heard_at
         return in_group if at is None or (in_group is not None and in_group > at) else at
 
     # asking
 
-    def looking(self) -> AbstractAsyncContextManager[None]:
-        """Leave no command error of what is asked inside."""
-        return self._own_refusals.cleared()
+    @asynccontextmanager
+    async def looking(self) -> AsyncIterator[None]:
+        """Leave no command error of questions that are refused inside, where no caller has caused one."""
+        self._own_refusals.look()
+        try:
+            yield
+        finally:
+            if self._own_refusals.have_to_be_cleared():
+                await self._clear_own_error()
+
+    async def _clear_own_error(self) -> None:
+        """Clear a command error that stands alone: 9CS clears all errors but STALL (RC-420 manual 14.9).
+
+        An error that cannot be cleared is left: nothing depends on it.
+        """
+        with suppress(GatewayError):
+            async with self.line.undivided([self.number]):
+                status, _ = await self.ask(STATUS)
+                if status.bits == COMMAND_ERROR and self._own_refusals.are_ours:
+                    await self.ask(ClearControllerStatus())
 
     async def ask(
         self,
@@ -232,18 +304,18 @@ class Body(Looked):
         self.forbid_renaming(command)
         lane = lane_of(command) if lane is None else lane
         future = self.line.submit(self.number, command, lane, expires_at=expires_at, on_written=on_written)
-        self.note_sent(command)
+        self.was_sent(command)
         outcome = await future
-        self.note_sent(command)
+        self.was_sent(command)
         if isinstance(outcome, NoReply):
             self.perhaps_did(command)
         try:
             answered = answer_or_raise(self.address, command, outcome)
             reply = reply_of(self.number, command, answered, self.address)
         except ControllerRefused:
-            self.note_refused(command)
+            self.has_refused(command)
             raise
-        self.note_reply(command, reply, answered.at)
+        self.has_replied(command, reply, answered.at)
         return cast("R", reply), answered
 
     async def poll(self, lane: Lane = Lane.READ) -> MotorState:
@@ -253,9 +325,8 @@ class Body(Looked):
         """
         sent = self.sent_count
         state, at = await self._read(lane)
-        self.rest = None if state.runs or self.sent_count != sent else state
-        self.rest_at = at
-        if self.rest is not None:
+        self.told.rests(state, at, sent)
+        if self.told.rest is not None:
             await self._weigh(state, lane, at)
         return state
 
@@ -266,17 +337,17 @@ class Body(Looked):
 
     @property
     def counted_in(self) -> CountedIn | None:
-        """What its positions are counted in; None while its operating mode is not known."""
-        return None if self.mode is None else counted_in(self.mode)
+        """The unit of its positions; None while its operating mode is not known."""
+        return None if self.told.mode is None else counted_in(self.told.mode)
 
     async def know_mode(self) -> ModeName:
         """Its operating mode, which is asked for where it is not known (EAD).
 
         :raises GatewayError: it did not tell.
         """
-        if self.mode is None:
+        if self.told.mode is None:
             return (await self.ask(GetOperatingMode()))[0].mode
-        return self.mode
+        return self.told.mode
 
     async def where_it_rests(self) -> MotorState:
         """Give the state it was seen at rest in a moment ago; otherwise ask: it may run.
@@ -285,27 +356,31 @@ class Body(Looked):
 
         :raises GatewayError: it did not tell.
         """
-        fresh = asyncio.get_running_loop().time() - self.rest_at <= BELIEVED_S
-        if self.rest is not None and fresh and self.power.is_vouched and not errs(self.line):
-            return self.rest
+        rest, told = self.told.rest, self.told
+        fresh = asyncio.get_running_loop().time() - told.rest_at <= BELIEVED_S
+        if rest is not None and fresh and self.power.is_vouched and not errs(self.line):
+            return rest
         return await believed(self.line, lambda: self.poll(Lane.VERIFY), self._both_may_be_true)
 
     def _both_may_be_true(self, one: MotorState, other: MotorState) -> bool:
         if one.runs or other.runs:
             return one.runs and other.runs
-        return abs(one.position - other.position) <= self.position_tolerance and one.bits == other.bits
+        return (
+            abs(one.position - other.position) <= self.configured.position_tolerance
+            and one.bits == other.bits
+        )
 
     # its power
 
     async def _weigh(self, state: MotorState, lane: Lane, at: float) -> None:
-        """What it says at rest may tell of a loss of power: then find out."""
-        if self.power.contradicts(state.position, state.bits, self.position_tolerance):
+        """Find out whether it has lost its power, where its answer at rest contradicts an earlier one."""
+        if self.power.signs.contradicts(state.position, state.bits, self.configured.position_tolerance):
             why = await self._why_lost(state, lane)
             if why is not None:
                 self.power.lost(certain=False, why=why)
-        if self.rest is state:  # it was told nothing meanwhile
+        if self.told.rest is state:  # it was told nothing meanwhile
             target = None if self.move is None else self.move.target_position
-            self.power.note_rest(state.position, state.bits, at, target)
+            self.power.rests(state.position, state.bits, at, target)
 
     async def _why_lost(self, state: MotorState, lane: Lane) -> str | None:
         """Say why it seems to have lost its power; None where it has kept it, or its loss is known now.
@@ -320,15 +395,15 @@ class Body(Looked):
         changed = None if in_move else await self._changed_by_itself(state, lane)
         if changed is not None or (stands and self.power.is_vouched):
             return changed
-        if self.power.looks_switched_on(state.position) and not await self.remembers_homing(lane):
+        if self.power.signs.looks_switched_on(state.position) and not await self.remembers_homing(lane):
             position, _ = await self.ask(POSITION, lane=lane)
-            if self.power.looks_switched_on(position.pulses):
+            if self.power.signs.looks_switched_on(position.pulses):
                 return f"it was silent, and stands at {position.pulses}"
         return None
 
     async def _changed_by_itself(self, state: MotorState, lane: Lane) -> str | None:
         """Say what has changed that only a loss of power can have changed, as far as is known; ask twice."""
-        setting = self.power.changed
+        setting = self.power.signs.changed
         if setting is not None and await self._has_changed(setting, lane):
             return f"{setting.code} is not answered as before"
         if not await self._jumped(state):
@@ -338,32 +413,32 @@ class Body(Looked):
             return None
         why = await self._jumped(again)
         if why is None:  # the first reading was garbled
-            self.rest = None
+            self.told.rest_in_doubt()
         return why
 
     async def _jumped(self, state: MotorState) -> str | None:
         """Say how it has changed at rest; a shaft that an encoder measures may be turned by hand."""
-        tolerance = self.position_tolerance
-        why = self.power.jumped(state.position, state.bits, tolerance)
+        tolerance = self.configured.position_tolerance
+        why = self.power.signs.jumped(state.position, state.bits, tolerance)
         if why is None or await self.know_mode() != "encoder":
             return why
-        sways = max(tolerance, ENCODER_SWAYS if self.power.looks_switched_on(state.position) else inf)
-        return self.power.jumped(state.position, state.bits, sways)
+        sways = max(tolerance, ENCODER_SWAYS if self.power.signs.looks_switched_on(state.position) else inf)
+        return self.power.signs.jumped(state.position, state.bits, sways)
 
     async def _is_moved_by_a_program(self, lane: Lane) -> bool:
-        """Whether a user program moves it that ran before: one that runs since may have begun at power-on."""
-        if self.in_program or self.no_program_at is not None:
-            return self.in_program
+        """True if a user program moves it that ran before: one that runs since may have begun at power-on."""
+        if self.life.in_program or self.told.no_program_at is not None:
+            return self.life.in_program
         status, _ = await self.ask(GetProgramStatus(), lane=lane)
         return bool(status.status & PROGRAM_RUNS)
 
     async def _has_changed(self, setting: RorzeCommand[Any], lane: Lane) -> bool:
         """Ask for a setting once more: one garbled digit must not prove anything."""
         reply, _ = await self.ask(setting, lane=lane)
-        return self.power.differs(setting, reply)
+        return self.power.signs.differs(setting, reply)
 
     async def remembers_homing(self, lane: Lane) -> bool:
-        """Whether it knows how far its last homing went (0PD), which a loss of power would have taken.
+        """True if it knows how far its last homing went (0PD), which a loss of power would have taken.
 
         Asked twice: one garbled digit must not prove anything.
 
@@ -406,26 +481,27 @@ class Body(Looked):
 
     def drop(self, unwanted: Callable[[RorzeExchange], bool], reason: GatewayError) -> None:
         """Take commands out of its queue."""
-        self.line.cancel(lambda it: it.body == self.number and unwanted(it), reason)
+        self.line.cancel(lambda exchange: exchange.body == self.number and unwanted(exchange), reason)
 
     def runs_no_program(self) -> bool:
-        """Whether it has said so of late, and nothing was seen since that could start one.
+        """True if it has said so of late, and nothing was seen since that could start one.
 
         A program is started by URG and USG, and when the power comes back (RC-420 manual 14, UAS).
         """
-        at = self.no_program_at
+        at = self.told.no_program_at
         return at is not None and asyncio.get_running_loop().time() - at < NO_PROGRAM_S
 
     def _power_news(self, kind: str, facts: dict[str, object]) -> None:
         if kind == "body.power_cycled":
-            self.flash.note_power_on(certain=bool(facts["certain"]))
-            self.position_flash.note_power_on()
-            self.prepared = False
-        self.no_program_at = self.mode = None
-        self.program_ends = False
-        self.pattern_sets.clear()
-        self.poll_due.set()
+            for tracker in self._trackers.heeding(Tracker.powered_on):
+                tracker.powered_on(certain=bool(facts["certain"]))
+        self.told.power_in_question()
+        self.look_soon()
         self.on_news(kind, facts)
+
+    def look_soon(self) -> None:
+        """Have its state read now, not at the next poll."""
+        self.life.look_due.set()
 
     def forbid_renaming(self, command: RorzeCommand[Any]) -> None:
         """A move's end is judged by its position: that is not called otherwise before.
@@ -438,13 +514,9 @@ class Body(Looked):
                 "Wait for its end or stop it.",
             )
 
-    # what it was sent and has answered
+    # what is heard of it
 
-    def note_refused(self, command: RorzeCommand[Any]) -> None:
-        """Note that it has refused a command, which leaves a command error."""
-        self._own_refusals.note_refused(command)
-
-    def note_sent(self, command: RorzeCommand[Any]) -> None:
+    def was_sent(self, command: RorzeCommand[Any]) -> None:
         """Note what a command may change, when it is queued and again when its outcome is known.
 
         A read that was written before it is answered in between; the second time undoes what that noted.
@@ -452,198 +524,158 @@ class Body(Looked):
         if command.effect is Effect.READ:
             return
         is_known, row = command.code in COMMANDS, type(command)
-        self.flash.note_sent(command, is_known=is_known)
-        self.position_flash.note_sent(command, is_known=is_known)
         if row is SetUserComment:  # `isinstance` of another model takes ten times as long, at every command
+            self.flash.sent(command, is_known=is_known)
             return
-        self.sent_count += 1
-        self.changes += command.effect in (Effect.SETTING, Effect.CLEARING, Effect.MAINTENANCE)
-        self.rest = None
-        self.power.note_sent(command)
-        if row is SetOperatingMode:
-            self.mode = None
-        if row in CHANGE_PROGRAM or not is_known:
-            self.program_ends = False
-        if row is SetPattern or not is_known:
-            self.pattern_sets.clear()
+        for tracker in self._trackers.heeding(Tracker.sent):
+            tracker.sent(command, is_known=is_known)
         if row in RENAMING:
-            self.position = self.position_at = None
-            self.poll_due.set()
-        if row is RunProgram or row is StepProgram or not is_known:
+            self.look_soon()
+        if row in STARTS_PROGRAM or not is_known:
             self.may_move()
 
-    def note_reply(self, command: RorzeCommand[Any], reply: Reply, at: float) -> None:
+    def has_refused(self, command: RorzeCommand[Any]) -> None:
+        """Note that it has refused a command, which leaves a command error."""
+        for tracker in self._trackers.heeding(Tracker.refused):
+            tracker.refused(command)
+
+    def perhaps_did(self, command: RorzeCommand[Any]) -> None:
+        """Note a command that may have been executed without a reply."""
+        for tracker in self._trackers.heeding(Tracker.done):
+            tracker.done(command, certain=False)
+
+    def has_replied(self, command: RorzeCommand[Any], reply: Reply, at: float) -> None:
         """Note what a reply tells of the motor.
 
         While it has a move, not a single reading but the judgement of the move says whether it moves.
         """
-        self._heard_at = at
+        status_before = self.told.status_bits
         if command.effect is not Effect.READ:
-            self._was_done(command)
-        self._saw_setting(command, reply)
-        if type(reply) is Ack:
-            return
-        if type(command) is GetPosition and isinstance(reply, SignedPulses):
+            for tracker in self._trackers.heeding(Tracker.done):
+                tracker.done(command, certain=True)
+        for tracker in self._trackers.heeding(Tracker.replied):
+            tracker.replied(command, reply, at)
+        if self.power.signs.changed is not None:
+            self.look_soon()
+        if type(reply) is ControllerStatus:
+            if reply.bits is not None:
+                self._tell_status(status_before, reply.bits)
+                self._saw_motion(runs=bool(reply.bits & PULSES_RUNNING))
+            elif command == _RUNS:
+                self._saw_motion(runs=bool(reply.on))
+        elif type(command) is GetPosition and type(reply) is SignedPulses:
             self._saw_position(reply.pulses, at)
-        elif type(reply) is ProgramStatus:
-            self.no_program_at = None if reply.status & PROGRAM_RUNS else at
-        elif type(reply) is ControllerStatus and reply.bits is not None:
-            self._saw_status(reply.bits)
-            self._saw_motion(bool(reply.bits & PULSES_RUNNING))
-        elif type(reply) is ControllerStatus and command == _RUNS:
-            self._saw_motion(bool(reply.on))
-        else:
-            self.edges.read(reply)
-
-    def perhaps_did(self, command: RorzeCommand[Any]) -> None:
-        """Note what may have been done without a reply."""
-        self.power.note_done(command)
-        self.flash.note_done(command, certain=False)
-        self.position_flash.note_done(command, certain=False)
-        self._note_preparation(command, certain=False)
-
-    def _was_done(self, command: RorzeCommand[Any]) -> None:
-        if type(command) is ClearControllerStatus:
-            self._own_refusals.note_status(0)
-        self.power.note_done(command)
-        self.flash.note_done(command, certain=True)
-        self.position_flash.note_done(command, certain=True)
-        self._note_preparation(command, certain=True)
-        if type(command) is SetPosition:
-            self.power.note_position_set(command)
-
-    def _note_preparation(self, command: RorzeCommand[Any], *, certain: bool) -> None:
-        """What was prepared counts from the positions told before it (HPS; RC-420 manual 13.10.7)."""
-        if isinstance(command, Preparation):
-            self.prepared, self.prepared_pattern = certain, command.pattern
-        elif type(command) is SetStartPosition:
-            self.prepared = False
-
-    def _saw_setting(self, question: RorzeCommand[Any], reply: Reply) -> None:
-        self.power.note_read(question, reply)
-        self.flash.note_read(question, reply)
-        self.position_flash.note_read(reply)
-        if type(reply) is OperatingMode:
-            self.mode = reply.mode
-        elif type(reply) is PatternSpeedSets:
-            number = getattr(question, "pattern", None)
-            if number is not None:
-                self.pattern_sets[number] = reply
-        if self.power.changed is not None:
-            self.poll_due.set()
 
     def _saw_position(self, pulses: int, at: float) -> None:
-        self.position, self.position_at = pulses, at
-        if self.trajectory is not None:
-            self.trajectory.add(at, pulses)
-        if not self.moving and self.power.contradicts(pulses, 0xFF, self.position_tolerance):
-            self.poll_due.set()
+        if self.motion.trajectory is not None:
+            self.motion.trajectory.add(at, pulses)
+        if not self.moving and self.power.signs.contradicts(pulses, 0xFF, self.configured.position_tolerance):
+            self.look_soon()
 
-    def _saw_status(self, bits: int) -> None:
+    def _tell_status(self, before: int | None, bits: int) -> None:
         """Announce what has changed; that a move of ours makes pulses run is no news."""
-        before, self.status_bits = self.status_bits, bits
-        self._own_refusals.note_status(bits)
-        self.power.note_status(bits)
         expected = 0 if self.move is None else PULSES_RUNNING
         if before is None or (before ^ bits) & ~expected:
             self.on_news("body.status.changed", {"status": names_of(bits, CONTROLLER_STATUS_BITS)})
 
-    def reported(self, fields: Mapping[str, int]) -> None:
-        """It has reported a change of its state unasked (RC-420 manual 13.11): a reason to ask, no proof."""
-        self.edges.reported(fields)
-        if "C" in fields:
-            self.poll_due.set()
-
-    def _saw_motion(self, runs: bool) -> None:
-        if self.move is not None:
+    def _saw_motion(self, *, runs: bool) -> None:
+        if self.life.in_move:
             return
-        is_news, self.moving = runs and not self.moving and not self.in_program, runs
+        action = self.life.hear(BodyNews.RUNS if runs else BodyNews.STANDS)
         if runs:
-            self.no_program_at = None
-            self.power.note_motion()
-        if is_news:
+            self.moved_by_itself()
+        if action is BodyAction.TELL and not self.life.in_program:
             self.on_news("body.motion.foreign", {})
 
-    def was_set_going(self, command: RorzeCommand[Any]) -> None:
-        """A motion command is on the wire; an interpolated one has the pattern of its preparation."""
-        self.pattern = self._pattern_of(command)
-        self.moving, self.went_silent, self.stopped_at = True, False, None
-        self.prepared = False
-        self.move_ended.clear()
-        self.end_due.clear()
+    def moved_by_itself(self) -> None:
+        """It moves, or has moved, by no move of the gateway."""
+        self.told.runs_by_itself()
+        self.power.signs.forget_place()
 
-    def _pattern_of(self, command: RorzeCommand[Any]) -> int | None:
-        """The acceleration pattern of a motion command; None: the standard one, or not known."""
-        prepared = None if self.prepared is False else self.prepared_pattern
-        pattern: int | None = getattr(command, "pattern", prepared)
-        return pattern
+    def reported(self, fields: Mapping[str, int]) -> None:
+        """It has reported a change of its state unasked (RC-420 manual 13.11): a reason to ask, no proof."""
+        for tracker in self._trackers.heeding(Tracker.reported):
+            tracker.reported(fields)
+        if "C" in fields:
+            self.look_soon()
+
+    # its move
+
+    def claim(self, move: Move) -> None:
+        """Let no other move begin."""
+        self.motion.claim(move)
+        self.life.hear(BodyNews.CLAIMED)
+        self.line.is_followed(+1)
+
+    def release(self) -> None:
+        """The move is over and recorded: another may begin."""
+        self.line.is_followed(-1)
+        self.life.hear(BodyNews.OVER)
+        self.motion.release()
+
+    def was_set_going(self, command: RorzeCommand[Any]) -> None:
+        """A motion command is on the wire."""
+        self.prepared.moves(command)
+        self.life.hear(BodyNews.SENT)
+        self.motion.was_sent()
 
     async def know_pattern(self, command: RorzeCommand[Any]) -> None:
         """Know the speed sets of a motion's pattern, for its stop: in motion it does not tell them."""
-        pattern = self._pattern_of(command)
-        if pattern is not None and pattern not in self.pattern_sets:
+        pattern = self.prepared.pattern_of(command)
+        if pattern is not None and pattern not in self.told.pattern_sets:
             with suppress(GatewayError):  # the motion does not hang on it
                 await self.ask(GetPattern(pattern=pattern), lane=Lane.VERIFY)
 
-    def announced(self) -> None:
-        """The link master has announced the end of its move: a reason to ask now, never a proof."""
-        self.move_ended.set()
-        self.end_due.set()
-
     def moved_unseen(self) -> None:
         """A motion has ended that is no move of this gateway, or not any more."""
-        self.power.note_motion()
-        self.poll_due.set()
+        self.power.signs.forget_place()
+        self.look_soon()
 
     def stands(self) -> None:
         """Its move is judged to have come to rest."""
-        self.moving = False
+        self.life.hear(BodyNews.RESTS)
+
+    def was_refused(self) -> None:
+        """It did not take a motion command: what it does is what it did before, whatever that was."""
+        self.life.hear(BodyNews.REFUSED)
+        self.may_move()
 
     def was_stopped(self, position: int | None) -> None:
         """A stop is confirmed by its standstill."""
         self.stands()
-        self.stopped_at = position
-        self.end_due.set()
+        self.motion.was_stopped(position)
 
-    def refused(self) -> None:
-        """It did not take a motion command: what it does is what it did before, whatever that was."""
-        self.moving = None
-        self.may_move()
+    # what may have happened unseen
 
     def may_move(self) -> None:
-        """What was moving counts as moving, what stood still may move: ask."""
-        self._forget_rest()
-        self.poll_due.set()
+        """Ask for its state: if it stood still, it may move now."""
+        self.life.hear(BodyNews.MAY_MOVE)
+        for tracker in self._trackers.heeding(Tracker.may_move):
+            tracker.may_move()
 
-    def _forget_rest(self) -> None:
-        self.moving = self.moving or None
-        self.rest = self.no_program_at = self.mode = None
-        self.power.mark_due = True
-
-    def out_of_sight(self) -> None:
+    def out_of_sight(self, news: BodyNews = BodyNews.OUT_OF_REACH) -> None:
         """It cannot be asked: it may move, or lose its power."""
-        self.program_ends = False
-        self._forget_rest()
-        self.power.note_silence()
+        self.life.hear(news)
+        for tracker in self._trackers.heeding(Tracker.silent):
+            tracker.silent()
 
     def fell_silent(self) -> None:
         """It does not answer any more itself."""
-        self.out_of_sight()
-        self.went_silent = True
+        self.out_of_sight(BodyNews.SILENT)
 
     # what is waited for
 
     async def end_announced(self, within_s: float) -> bool:
-        """Whether the link master announces the end of a move in time."""
-        return await happens(self.move_ended, within_s)
+        """True if the link master announces the end of a move in time."""
+        return await happens(self.motion.announced, within_s)
 
     async def end_seems_due(self, within_s: float) -> None:
         """Wait until the move seems to be over, at the latest when the time is up."""
-        await happens(self.end_due, within_s)
+        await happens(self.motion.end_due, within_s)
 
     async def poll_wanted(self, within_s: float) -> None:
         """Wait until its state is to be read, at the latest when the time is up."""
-        await happens(self.poll_due, within_s)
+        await happens(self.life.look_due, within_s)
 
 
 _RUNS = GetControllerStatus(bit=0)
@@ -658,11 +690,11 @@ class Group:
     members: list[Body]
     name: str = ""
     kept_for: str | None = None
-    """What it stands for, if it must not be defined anew."""
+    """The thing it stands for, if it must not be defined anew."""
     position_tolerance: int | None = None
     """By how much a member may end beside its target, where that is otherwise than for the body alone."""
     in_force: bool = True
-    """Whether the link master means these members by the number: False while, and once, it is told others."""
+    """True if the link master means these members by the number: False while, and once, it is told others."""
     on_strangers: Callable[[set[int]], None] = lambda _numbers: None
     """Called with bodies that have obeyed a command to the group and are no members."""
 
@@ -706,9 +738,9 @@ class Group:
             member.forbid_renaming(command)
         lane = lane_of(command) if lane is None else lane
         future = self.line.submit(self.number, command, lane, expires_at=expires_at, on_written=on_written)
-        self._note_sent(command)
+        self._was_sent(command)
         outcome = await future
-        self._note_sent(command)
+        self._was_sent(command)
         answered = answer_or_raise(self.address, command, self._perhaps_done(command, outcome))
         strangers = answered.replies.keys() - {member.number for member in self.members}
         if strangers:
@@ -716,16 +748,16 @@ class Group:
         results = {member: _member_result(member, command, answered) for member in self.members}
         for member, result in results.items():
             if isinstance(result, Reply):
-                member.note_reply(command, result, answered.at)
+                member.has_replied(command, result, answered.at)
             elif isinstance(result, ControllerRefused):
-                member.note_refused(command)
+                member.has_refused(command)
             elif isinstance(result, NoReply):
                 member.perhaps_did(command)
         return results
 
-    def _note_sent(self, command: RorzeCommand[Any]) -> None:
+    def _was_sent(self, command: RorzeCommand[Any]) -> None:
         for member in self.members:
-            member.note_sent(command)
+            member.was_sent(command)
 
     def _perhaps_done(self, command: RorzeCommand[Any], outcome: Outcome) -> Outcome:
         """Note what may have been done without a reply."""

@@ -8,11 +8,13 @@ from math import inf
 from gateway.core.errors import ControllerRefused, GatewayError
 from gateway.core.lanes import Lane
 from gateway.rorze.bodies import NO_PROGRAM_S, STATUS, Body, Group
+from gateway.rorze.config import Events
 from gateway.rorze.line import Line
-from gateway.rorze.poll_intervals import (
+from gateway.rorze.probes import (
     HEALTH_POLL_S,
     IDLE_POLL_S,
     Health,
+    Sweep,
     background_of,
     group_s,
     is_prompt,
@@ -20,7 +22,8 @@ from gateway.rorze.poll_intervals import (
     poll_s,
     status_s,
 )
-from gateway.rorze.sweep import Sweep
+from protocols.rorze.inputs_outputs import GetInputs, GetSensors
+from protocols.rorze.modes import GetEventKinds, GetEventMask, SetEventKinds, SetEventMask
 from protocols.rorze.programs import GetProgramStatus
 
 CLOCK_S = 0.001
@@ -35,7 +38,7 @@ class BodyWatch:
         self._health = health
         self._sweep = sweep
         self._stopping = stopping
-        """Whether a line has a stop that is not confirmed: its time belongs to that."""
+        """True if a line has a stop that is not confirmed: its time belongs to that."""
         self._woke_at = -inf
         self._look_at = self._mark_at = self._ask_at = -inf
         """When each question is due."""
@@ -47,8 +50,8 @@ class BodyWatch:
         """Watch until cancelled."""
         body = self._body
         while True:
-            self._woke_at, wanted = _now(), body.poll_due.is_set()
-            body.poll_due.clear()
+            self._woke_at, wanted = _now(), body.life.look_due.is_set()
+            body.life.look_due.clear()
             if body.line.state == "ready" and body.online:
                 try:
                     await self._attend(wanted=wanted)
@@ -85,7 +88,7 @@ class BodyWatch:
         if self._mark_wanted(now):
             if self._is_over(self._mark_at, now):
                 self._mark_at = self._health.next_mark(now)
-            async with self._health.turn(mark_s(body.line, written=body.power.mark is not None)):
+            async with self._health.turn(mark_s(body.line, written=body.power.mark.text is not None)):
                 await body.mark.tend(background_of(body.line))
 
     async def _see_whether_it_is_there(self) -> None:
@@ -102,7 +105,7 @@ class BodyWatch:
 
     def _program_is_due(self) -> bool:
         line = self._body.line
-        return not is_prompt(line) and _is_due(self._body.no_program_at)
+        return not is_prompt(line) and _is_due(self._body.told.no_program_at)
 
     async def _look(self, lane: Lane) -> None:
         """Look at once among clients' reads, and in the background when it has its turn."""
@@ -114,7 +117,7 @@ class BodyWatch:
                 await self._body.poll(lane)
 
     def _is_unheard(self, now: float) -> bool:
-        """Whether it is to be asked if it is there; on a line of many, when its turn has come."""
+        """True if it is to be asked if it is there; on a line of many, when its turn has come."""
         heard_at = self._body.last_heard_at or -inf
         if is_prompt(self._body.line):
             return now - heard_at >= IDLE_POLL_S - CLOCK_S
@@ -128,13 +131,13 @@ class BodyWatch:
         return heard_at <= asked_at or self._program_is_due()
 
     def _mark_wanted(self, now: float) -> bool:
-        return self._has_mark() and (self._body.power.mark_due or now >= self._mark_at)
+        return self._has_mark() and (self._body.power.mark.due or now >= self._mark_at)
 
     def _has_mark(self) -> bool:
-        return bool(self._body.power.comment) and not self._body.power.taken
+        return bool(self._body.power.mark.comment) and not self._body.power.mark.taken
 
     def _is_over(self, at: float, now: float) -> bool:
-        """Whether another moment is due; on a line of many a moment that was kept stays so."""
+        """True if another moment is due; on a line of many a moment that was kept stays so."""
         return now >= at or is_prompt(self._body.line)
 
 
@@ -182,15 +185,63 @@ async def _learn_all_programs(health: Health, sweep: Sweep) -> None:
 async def _learn_programs(health: Health, sweep: Sweep, group: Group) -> None:
     """Know where no program runs: a stop of many need not ask each for it."""
     members = sweep.represented_by(group)
-    if any(member.online and _is_due(member.no_program_at) for member in members):
+    if any(member.online and _is_due(member.told.no_program_at) for member in members):
         await asyncio.sleep(health.next_of_group(_now(), len(members), len(sweep.groups)) - _now())
         await sweep.ask(members, GetProgramStatus(), Lane.BACKGROUND)
 
 
 def _is_due(no_program_at: float | None) -> bool:
-    """Whether to ask for a program, before that none runs is believed no more."""
+    """True if to ask for a program, before that none runs is believed no more."""
     return no_program_at is None or no_program_at < _now() - NO_PROGRAM_S / 2
 
 
 def _now() -> float:
     return asyncio.get_running_loop().time()
+
+
+# the changes that a body reports unasked
+
+CHECK_S = 1.0
+"""True if it may have forgotten its settings is considered this often; that asks nothing."""
+RETRY_S = 60.0
+"""They are read this often where nothing is known to have happened."""
+
+
+async def watch_events(body: Body, events: Events) -> None:
+    """See again and again that a body reports what it should."""
+    settled: tuple[object, ...] | None = None
+    look_at = 0.0
+    while True:
+        life, now = _life_of(body), asyncio.get_running_loop().time()
+        if body.line.state == "ready" and body.online and (life != settled or now >= look_at):
+            with suppress(GatewayError):
+                if await _settle(body, events):
+                    settled, look_at = life, now + RETRY_S
+        await asyncio.sleep(CHECK_S)
+
+
+def _life_of(body: Body) -> tuple[object, ...]:
+    """Changes where it may have lost its settings."""
+    return body.line.set_ups, body.power.losses, body.power.mark.text
+
+
+async def _settle(body: Body, events: Events) -> bool:
+    """Set what is not as it should be, and know the state from which edges count; False while it moves.
+
+    :raises GatewayError: it was not done, or not read back.
+    """
+    mask, _ = await body.ask(GetEventMask(), lane=Lane.BACKGROUND)
+    kinds, _ = await body.ask(GetEventKinds(), lane=Lane.BACKGROUND)
+    wanted = events.mask
+    masked = all((bits or 0) == getattr(wanted, kind) for kind, bits in mask.mask)
+    right = masked and kinds.kinds == events.kinds
+    if not right and (body.move is not None or body.moving is not False):
+        return False
+    if not right:
+        await body.ask(SetEventMask(mask=wanted), lane=Lane.BACKGROUND)
+        await body.ask(SetEventKinds(kinds=events.kinds), lane=Lane.BACKGROUND)
+    if events.sensors:
+        await body.ask(GetSensors(), lane=Lane.BACKGROUND)
+    if events.inputs:
+        await body.ask(GetInputs(), lane=Lane.BACKGROUND)
+    return right

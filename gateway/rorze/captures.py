@@ -11,8 +11,7 @@ from gateway.core.lanes import Lane
 from gateway.core.operation import Rows, Wait
 from gateway.core.records import RequestModel, SentBack, example, require_same
 from gateway.core.rights import Right
-from gateway.rorze.asked_body import AskedBody
-from gateway.rorze.readings import read_pulses
+from gateway.rorze.asked_body import AskedBody, read_pulses
 from gateway.rorze.units import Length
 from protocols.rorze.inputs_outputs import (
     GetInterruptAction,
@@ -50,7 +49,7 @@ class Section(RequestModel):
     upper: Length | int
 
     def bounds(self, body: AskedBody) -> Bounds:
-        """The same in pulses.
+        """The length in pulses.
 
         :raises InvalidRequest: it is empty, too long, or in another unit.
         """
@@ -79,7 +78,7 @@ class EntryToRecord(SentBack):
 
 
 class CaptureRequest(SentBack, json_schema_extra=example(edge="rising", position=25)):
-    """What an edge in the next move is to do; what is left out, it does not."""
+    """Actions of an edge in the next move; an action that is left out is not done."""
 
     read_only = frozenset(("body_id", "input", "name", "armed", "captured"))
 
@@ -137,19 +136,19 @@ class Capture(NamedTuple):
 
     input: int
     edge: Edge
-    """What it waits for; off: it is not armed, or not any more."""
+    """The edge that it waits for; off: it is not armed, or not any more."""
     between: Bounds | None
     recorded: tuple[CaptureTarget, ...]
     pulse: CapturePulse | None
 
     @property
     def captured(self) -> bool | None:
-        """Whether an edge has come; None where no entry tells."""
+        """True if an edge has come; None where no entry tells."""
         return any(it.value is not None for it in self.recorded) if self.recorded else None
 
     @property
     def is_over(self) -> bool:
-        """Whether nothing more will come: it has captured, or is not armed."""
+        """True if nothing more will come: it has captured, or is not armed."""
         return self.edge == "off" or bool(self.captured)
 
 
@@ -255,7 +254,7 @@ async def _require_free(body: AskedBody, port: int, entries: Collection[int]) ->
 
 
 def _recording(port: int, entries: Mapping[Kind, int]) -> list[SetInterruptAction]:
-    """What each kind of value is recorded in; nothing where no entry is named."""
+    """The entry in which each kind of value is recorded; empty where none is named."""
     return [SetInterruptAction(port=port, recorded=kind, number=entries.get(kind)) for kind in KINDS]
 
 
@@ -371,7 +370,7 @@ async def arm_capture(body: AskedBody, port: Port, capture: CaptureRequest) -> C
 
 
 def _is_as(present: Capture, wanted: CaptureRequest, body: AskedBody) -> bool:
-    """Whether an input is set up as it is wanted.
+    """True if an input is set up as it is wanted.
 
     :raises InvalidRequest: it is to be off, and is not so already; nothing was sent.
     """

@@ -1,4 +1,4 @@
-"""What a body keeps and takes by pairs of commands: read as values, and changed where it differs."""
+"""Settings that a body tells and takes by pairs of commands: read as values, changed where they differ."""
 
 from collections.abc import AsyncIterator, Awaitable, Callable, Iterable, Mapping, Sequence
 from contextlib import asynccontextmanager
@@ -17,9 +17,8 @@ from gateway.core.errors import (
 )
 from gateway.core.operation import Expectation
 from gateway.core.records import Record
-from gateway.rorze.asked_body import AskedBody
-from gateway.rorze.errors import PartlyDone, TakenOtherwise
-from gateway.rorze.readings import believed
+from gateway.rorze.asked_body import AskedBody, believed
+from gateway.rorze.exchange import PartlyDone, TakenOtherwise
 from protocols.rorze.flash import SaveSettings
 from protocols.rorze.row import RorzeCommand
 from protocols.table import Ack, Reply, Retry
@@ -60,7 +59,7 @@ class Item:
     place: Mapping[str, Any] = field(default_factory=dict)
     """The parameters that say which one it is."""
     refused_as: Mapping[str, Any] = field(default_factory=dict)
-    """What it is where the question is refused with one of these errors."""
+    """The value that a refusal with one of these errors means."""
 
     def value_in(self, reply: Reply | None) -> Any:
         """The value that a reply tells; None without one."""
@@ -79,7 +78,7 @@ class Item:
 
 
 class ChangeStep(Record):
-    """What became of one value that was asked for."""
+    """The outcome of one value that was asked for."""
 
     name: str
     command: str = Field(description="The command that sets it, without frame.")
@@ -188,7 +187,7 @@ async def _step(body: AskedBody, item: Item, value: Any, command: Setter, epoch:
 
 
 def _agree(found: Any, wanted: Any) -> bool:
-    """Whether a value is as wanted; of one with several members, those that are given."""
+    """True if a value is as wanted; of one with several members, those that are given."""
     if isinstance(found, dict) and isinstance(wanted, dict):
         return wanted.items() <= found.items()
     return bool(found == wanted)

@@ -1,4 +1,4 @@
-"""What the configuration file may say of a line with an RC-400: its bodies and groups."""
+"""The configuration of a line with an RC-400: its bodies and groups."""
 
 import re
 from collections.abc import Iterable, Iterator, Sequence
@@ -67,11 +67,11 @@ class Events(Table):
     inputs: Array[Annotated[int, Field(ge=0, le=9)]] = ()
     """General inputs that change."""
     position: bool = False
-    """Whether they tell the position, too."""
+    """True if they tell the position, too."""
 
     @property
     def mask(self) -> EventMask:
-        """What EMS is told."""
+        """The mask that EMS is told."""
         return EventMask(
             controller=_bits(self.status, CONTROLLER_STATUS_BITS),
             end_cause=_bits(self.end_causes, END_CAUSE_BITS),
@@ -81,7 +81,7 @@ class Events(Table):
 
     @property
     def kinds(self) -> list[StatusKind]:
-        """What ESS is told: the kinds of status that may change, in the order C, M, S, I, P."""
+        """The kinds of status that ESS is told, in the order C, M, S, I, P."""
         mask = self.mask
         chosen: dict[StatusKind, object] = {
             "controller": mask.controller,
@@ -191,10 +191,10 @@ class RorzeLineTable(tables.LineTable):
     """A port with a link master and its bodies behind it."""
 
     introducer: Literal["&", "$", "#"] = "&"
-    """What begins a command; after `$` and `#` a body number has one digit (RC-420 manual 12)."""
+    """The first character of a command; after `$` and `#` a body number has one digit (RC-420 manual 12)."""
     pipeline: Annotated[int, AfterValidator(_check_pipeline)] = 1
     stop_mode: Literal["interject", "after_reply"] = "interject"
-    """Whether a stop is sent at once or, should the link master not take it, after the reply under way."""
+    """True if a stop is sent at once or, should the link master not take it, after the reply under way."""
     port_baud: int = Field(9600, ge=50, le=4_000_000)
     """Speed of the serial port behind a terminal server; frames behind unanswered ones are spaced by it."""
     bodies: Array[BodyTable] = ()
@@ -229,7 +229,7 @@ class RorzeLineTable(tables.LineTable):
         return f"RC-400: bodies {bodies}{groups}"
 
     def weakened(self) -> Iterator[Weakness]:
-        """What would let a body go to places that are elsewhere."""
+        """Weak settings that would let a body go to places that are elsewhere."""
         for body in self.bodies:
             place = f"lines.{self.id}.bodies.{body.id}"
             if not body.power_comment:

@@ -90,7 +90,7 @@ class CurveDraft(
 
 
 class _Course(NamedTuple):
-    """What a speed curve is made of."""
+    """The parts of a speed curve."""
 
     up: SpeedParameters
     down: SpeedParameters

@@ -20,8 +20,7 @@ from gateway.rorze.settings import (
     scaled,
     unavailable_in,
 )
-from gateway.rorze.settings_document import EncoderChange, EncoderSettings
-from gateway.rorze.settings_table import SETTINGS
+from gateway.rorze.settings_table import SETTINGS, EncoderChange, EncoderSettings
 from gateway.rorze.units import Scaled
 from protocols.rorze.encoder import GetEncoderStallError
 from protocols.rorze.position import GetEncoderCount, GetEncoderPosition, GetPosition
@@ -63,7 +62,7 @@ class Encoder(BaseModel):
 class ResolutionRequest(
     RequestModel, json_schema_extra=example(motor_steps_per_turn=1_000, encoder_lines_per_turn=100)
 ):
-    """What a turn of the shaft is to the motor, and to the encoder."""
+    """A turn of the shaft, in steps of the motor and in lines of the encoder."""
 
     motor_steps_per_turn: Annotated[int, Field(ge=1, le=100_000_000)] = Field(
         description="Pulses that turn the motor once."
@@ -78,7 +77,7 @@ class ResolutionRequest(
 
 
 class Resolution(BaseModel):
-    """What comes of motor and encoder."""
+    """The encoder's settings that follow from motor and encoder."""
 
     body_id: str
     encoder_multiplier: Multiplier = Field(description="PAS.")

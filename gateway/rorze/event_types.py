@@ -16,11 +16,11 @@ from gateway.core.event_types import (
     news_types,
     restore_types,
 )
-from gateway.core.move_record import CountedIn, Move
+from gateway.core.move_record import Move
 from gateway.core.restore_record import Restore
-from gateway.rorze.jogs import BodyJog
-from gateway.rorze.position_uploads import TableUpload
-from gateway.rorze.positions import PositionReading
+from gateway.rorze.live import BodyPosition
+from gateway.rorze.move_requests import BodyJog
+from gateway.rorze.positions import PositionReading, TableUpload
 from gateway.rorze.power import Acknowledgement
 from gateway.rorze.program_runs import ProgramRun
 from gateway.rorze.program_uploads import ProgramUpload
@@ -58,7 +58,7 @@ class BodyPowerLoss(EventData):
 
 
 class PowerAcknowledged(EventData):
-    """What lets it go to places again."""
+    """The reason why it may go to places again."""
 
     by: Acknowledgement
 
@@ -97,7 +97,7 @@ class InputChange(EventData):
 
 
 class ProgramText(EventData):
-    """What a user program tells (SDC, SDD)."""
+    """Text that a user program sends (SDC, SDD)."""
 
     text: str
 
@@ -109,17 +109,8 @@ class EndFrame(EventData):
     cause: int = Field(description="The byte of 9MD, 0 after a normal end.")
 
 
-class BodyPosition(EventData):
-    """Where a motor stands (6PD)."""
-
-    pulses: int = Field(description="Or encoder counts: see `counted_in`.")
-    counted_in: CountedIn | None = Field(description="Null where its operating mode could not be read.")
-    value: float | None = Field(description="The same in `unit`; null without a scale.")
-    unit: str | None
-
-
 class SettingsNews(EventData):
-    """What of its settings, speed sets or patterns is otherwise now."""
+    """Settings, speed sets or patterns that are otherwise now."""
 
     commands: list[str] = Field(description="What was sent and read back, in order, without frames.")
     saved: bool = Field(description="Whether all its settings were written to flash memory then (FIS).")
@@ -132,7 +123,7 @@ class Strangers(EventData):
 
 
 class Strictness(EventData):
-    """Whether acknowledgements are believed only between two fences."""
+    """The new strictness of a line: strict, it believes acknowledgements only between two fences."""
 
     strict: bool
 

@@ -4,7 +4,7 @@ import asyncio
 from collections.abc import Awaitable, Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from functools import partial
-from typing import Annotated, Any, ClassVar, Final, Literal, Protocol, TypeVar
+from typing import Annotated, Any, ClassVar, Final, Literal, NamedTuple, Protocol, TypeVar
 
 from pydantic import Field
 
@@ -44,9 +44,7 @@ from gateway.rorze import (
     config,
     curves,
     encoders,
-    homing,
     memories,
-    noise_filters,
     patterns,
     settings,
     signals,
@@ -55,29 +53,25 @@ from gateway.rorze import (
 from gateway.rorze.alarms import causes
 from gateway.rorze.asked_body import AskedBody
 from gateway.rorze.backup_restore import BodyRestore
-from gateway.rorze.bodies import Body, Group
-from gateway.rorze.body_now import BodyNow
-from gateway.rorze.body_watch import BodyWatch, watch_groups
-from gateway.rorze.endless_programs import EndlessPrograms
-from gateway.rorze.event_settings import watch_events
+from gateway.rorze.bodies import Body, Configured, Group
+from gateway.rorze.body_watch import BodyWatch, watch_events, watch_groups
 from gateway.rorze.event_types import TYPES
 from gateway.rorze.exchange import RorzeExchange
-from gateway.rorze.group_definition import define, planned_group
+from gateway.rorze.groups import Groups, planned_group
 from gateway.rorze.guards import Guards
-from gateway.rorze.jogs import BodyJog, BodyJogs
+from gateway.rorze.jogs import BodyJogs
 from gateway.rorze.line import Line
-from gateway.rorze.live import PositionSource, SignalSource
+from gateway.rorze.live import BodyNow, PositionSource, SignalSource
+from gateway.rorze.move_requests import BodyJog
 from gateway.rorze.moves import Moves
-from gateway.rorze.names import BodyId, GroupId
-from gateway.rorze.poll_intervals import Health
-from gateway.rorze.position_uploads import TableUploads
-from gateway.rorze.positions import PositionReadings
-from gateway.rorze.power import BodyPower
+from gateway.rorze.positions import PositionReadings, TableUploads
+from gateway.rorze.power import BodyPower, PowerMark
+from gateway.rorze.probes import Health, Sweep
 from gateway.rorze.program_runs import ProgramRun, ProgramRuns
 from gateway.rorze.program_uploads import ProgramUpload, ProgramUploads
 from gateway.rorze.scans import Scans
 from gateway.rorze.stops import StopReport, Stops
-from gateway.rorze.sweep import Sweep
+from gateway.rorze.stored_program import EndlessPrograms
 from gateway.rorze.targets import STOP_MODES, BodyTarget, GroupTarget, LinkMasterTarget
 from protocols.rorze.commands import COMMANDS, Row
 from protocols.rorze.errors import lookup
@@ -86,6 +80,20 @@ from protocols.rorze.link_master import SetGroup
 from protocols.rorze.row import MODE_NAMES, LinkMasterCommand
 from transports.base import Transport
 
+BodyId = Annotated[
+    str,
+    Field(
+        description="Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F.",
+        examples=["3F"],
+    ),
+]
+GroupId = Annotated[
+    str,
+    Field(
+        description="Two hex digits, 80-9E, with the line's id where several lines have it: 80 or arm.80.",
+        examples=["80"],
+    ),
+]
 UNATTENDED: Final = ("continuous", "jog")
 """Moves that must not go on when the gateway ends, or has ended: nobody else would stop them."""
 BODY = TargetKind("/bodies/{body_id}", Move, listed=True)
@@ -119,7 +127,7 @@ class LineInfo(PortInfo):
 
 
 class Listener(Protocol):
-    """What hears of bodies before anybody waits for their moves: what is made of several of them."""
+    """An extension made of several bodies, which hears of them before anybody waits for their moves."""
 
     def advanced(self, body: Body, move: Move) -> None:
         """A move has changed its status."""
@@ -129,6 +137,16 @@ class Listener(Protocol):
 
     def fell_silent(self, body: Body) -> None:
         """It does not answer any more."""
+
+
+class ServedLine(NamedTuple):
+    """A line with its configuration, and the time that the gateway takes on it for itself."""
+
+    line: Line
+    table: config.RorzeLineTable
+    health: Health
+    sweep: Sweep
+    """Asks many of its bodies at once."""
 
 
 class Rorze(Family):
@@ -189,9 +207,7 @@ class Rorze(Family):
     stop_modes = STOP_MODES
     rows = (
         settings.ROWS,
-        homing.ROWS,
         encoders.ROWS,
-        noise_filters.ROWS,
         speed_sets.ROWS,
         patterns.ROWS,
         curves.ROWS,
@@ -208,21 +224,14 @@ class Rorze(Family):
         super().__init__(site)
         self.lines: dict[str, Line] = {}
         self._bodies: dict[str, Body] = {}
-        self._events: dict[Body, config.Events] = {}
-        self._groups: dict[str, Group] = {}
-        self._configured: dict[str, Sequence[Part]] = {}
-        """The members that the configuration gives each group, by its address."""
-        self._health: dict[str, Health] = {}
-        self._tables: dict[str, config.RorzeLineTable] = {}
-        self._defining = asyncio.Lock()
+        self._groups = Groups(self._on_strangers)
+        self._served: dict[str, ServedLine] = {}
         self.moves = Moves(
             self._publish_move,
             allow_endless_moves=site.allow_endless_moves,
             on_trajectory=self._way_changes,
         )
-        self.sweeps: dict[str, Sweep] = {}
-        """How many bodies of a line are asked at once, by the line's id."""
-        self.stops = Stops(site.events, self.groups_of, self.sweeps)
+        self.stops = Stops(site.events, self._groups.of, self.sweep_of)
         self.listeners: list[Listener] = []
         self.jogs = BodyJogs(self.moves, self.stops, self._publish_jog)
         self.stops.on_begin = self.jogs.body_stops
@@ -264,71 +273,60 @@ class Rorze(Family):
             self._amid_a_restore,
             self.endless.refuses_start,
         )
-        sweep = self.sweeps[line.id] = Sweep(
-            line, self.bodies_of(line), table.sweep_numbers, partial(self._groups_on, line)
-        )
+        sweep = Sweep(line, self.bodies_of(line), table.sweep_numbers, partial(self._groups.on, line))
         line.ask_groups = sweep.look_for_silent
         for own in sweep.own:
-            own.on_strangers = partial(self._on_strangers, own)
-        self._health[line.id] = Health(line, table.health_share)
-        self._tables[line.id] = table
+            self._groups.look_after(own)
+        self._served[line.id] = ServedLine(line, table, Health(line, table.health_share), sweep)
         for group in table.groups:
             members = [self._bodies[f"{line.id}.{member}"] for member in group.members]
-            self._configure_group(Group(line, group.number, members))
+            self._groups.configure(Group(line, group.number, members))
         return line
 
     def _add_body(self, line: Line, table: config.RorzeLineTable, it: config.BodyTable) -> None:
-        body = Body(
-            line,
-            it.number,
+        configured = Configured(
             it.name or "",
             it.units,
             it.input_names,
             it.output_names,
-            position_tolerance=it.position_tolerance,
-            in_position=it.in_position,
-            slow_pattern=it.slow_pattern,
-            poll_interval_s=table.poll_interval_s,
-            power=BodyPower(it.power_comment, it.needs_origin, it.silence_needs_acknowledgement),
+            it.position_tolerance,
+            it.in_position,
+            it.slow_pattern,
+            table.poll_interval_s,
+            it.events,
+        )
+        mark = PowerMark(it.power_comment)
+        body = Body(
+            line, it.number, configured, BodyPower(mark, it.needs_origin, it.silence_needs_acknowledgement)
         )
         body.on_news = partial(self._on_news, body)
         body.power.on_memory = self.site.known.keep(body.address, body.power)
         self._bodies[body.address] = body
-        if it.events is not None:
-            self._events[body] = it.events
 
     async def remove(self, line: Line) -> None:
         """Close a line, and forget its bodies and groups."""
         await line.close()
-        for group in self._groups_on(line):
-            self._configured.pop(group.address, None)
-        for things in (self._bodies, self._groups):
-            for address in [it for it, thing in things.items() if thing.line is line]:
-                del things[address]
-        for body in [it for it in self._events if it.line is line]:
-            del self._events[body]
-        for of_line in (self.lines, self.sweeps, self._health, self._tables):
-            of_line.pop(line.id, None)
-
-    def _configure_group(self, group: Group) -> None:
-        self._add_group(group)
-        self._configured[group.address] = parts_of(group)
-
-    def _add_group(self, group: Group) -> None:
-        group.on_strangers = partial(self._on_strangers, group)
-        self._groups[group.address] = group
+        self._groups.forget(line)
+        for body in self.bodies_of(line):
+            del self._bodies[body.address]
+        self.lines.pop(line.id, None)
+        self._served.pop(line.id, None)
 
     def hold_group(self, line_id: str, number: int, members: Sequence[str], name: str) -> Group:
         """Give the group of a number that stands for bodies of a line, made where none is configured."""
         line = self.lines[line_id]
-        group = self._groups.get(f"{line_id}.{number:02X}")
+        group = self._groups.by_address.get(f"{line_id}.{number:02X}")
         if group is None:
             group = Group(line, number, [self._bodies[f"{line_id}.{member}"] for member in members], name)
             line.groups[number] = [member.number for member in group.members]
-            self._configure_group(group)
+            self._groups.configure(group)
         return group
 
     # finding
+
+    def sweep_of(self, line: Line) -> Sweep:
+        """The questions to many bodies of a line at once."""
+        return self._served[line.id].sweep
 
     def bodies(self) -> list[Body]:
         """All bodies, in the order of the configuration."""
@@ -340,14 +338,11 @@ class Rorze(Family):
 
     def groups(self) -> list[Group]:
         """All groups."""
-        return list(self._groups.values())
+        return list(self._groups.by_address.values())
 
     def groups_of(self, body: Body) -> list[Group]:
         """The groups a body is in."""
-        return [group for group in self._groups.values() if body in group.members]
-
-    def _groups_on(self, line: Line) -> list[Group]:
-        return [group for group in self.groups() if group.line is line]
+        return self._groups.of(body)
 
     def body(self, address: str) -> Body:
         """Find a body by `3F`, if only one line has it, or by `LINE.3F`; lower case will do.
@@ -363,7 +358,7 @@ class Rorze(Family):
         :raises NotFound: no line has it.
         :raises Ambiguous: several lines have it.
         """
-        return _find(self._groups, self.lines, address, "group")
+        return _find(self._groups.by_address, self.lines, address, "group")
 
     def target(self, collection: str, names: Sequence[str]) -> Target:
         """Find a body or a group; errors as of `body` and `group`."""
@@ -397,9 +392,9 @@ class Rorze(Family):
 
     def parts_in_scope(self, name: str) -> Sequence[Part]:
         """The members that the configuration gives a group: one defined anew gives nobody more."""
-        fitting = [parts for address, parts in self._configured.items() if fits(name, address)]
+        fitting = [members for address, members in self._groups.configured.items() if fits(name, address)]
         if len(fitting) == 1:
-            return fitting[0]
+            return [_part_of(member) for member in fitting[0]]
         with suppress(NotFound, Ambiguous):
             return [_part_of(self.body(name))]
         return []
@@ -414,7 +409,7 @@ class Rorze(Family):
             "strict": line.strict,
             "bodies": [body.address for body in self._bodies.values() if body.line is line],
             "offline": [f"{line.id}.{number:02X}" for number in sorted(line.offline)],
-            "groups": [group.address for group in self._groups_on(line)],
+            "groups": [group.address for group in self._groups.on(line)],
         }
 
     @classmethod
@@ -452,20 +447,12 @@ class Rorze(Family):
         home = address.rpartition(".")[0]
         bodies = [self.body(f"{home}.{it}" if home and "." not in it else it) for it in members]
         group = planned_group(address, bodies, name)
-        if group.number in self._tables[group.line.id].sweep_numbers:
+        if group.number in self._served[group.line.id].table.sweep_numbers:
             raise InvalidRequest(
                 f"{group.address} is among the numbers that the gateway keeps for itself; nothing was sent.",
                 "Take another number, or change sweep_groups in the configuration.",
             )
-        before = self._groups.get(group.address)
-        if before is not None and before.kept_for is not None:
-            raise InvalidRequest(
-                f"{group.address} is the group of {before.kept_for}; nothing was sent.",
-                "Take another number, or change the configuration.",
-            )
-        async with self._defining:
-            await define(group, self._groups.get(group.address))
-            self._add_group(group)
+        await self._groups.define(group)
         return group
 
     async def _define_as_told(self, line_id: str, command: SetGroup) -> None:
@@ -473,13 +460,13 @@ class Rorze(Family):
         await self.define_group(f"{line_id}.{command.group}", members)
 
     def causes(self) -> Iterator[Cause]:
-        """What can go wrong with bodies."""
+        """Alarms of bodies."""
         return causes(self._bodies.get, self.lines.get)
 
     # over restarts
 
     def trajectories(self) -> Sequence[Any]:
-        """Those of the moves."""
+        """The trajectories of the moves."""
         return self.moves.trajectories.all
 
     def move_logs(self) -> Iterator[MoveLog[Any]]:
@@ -506,9 +493,9 @@ class Rorze(Family):
                 self._take_over(self._bodies[move.body_id], move, begun=move.id in begun, since=since)
 
     def _take_over(self, body: Body, move: Move, *, begun: bool, since: str) -> None:
-        group = self._groups.get(move.group_id or "")
+        group = self._groups.by_address.get(move.group_id or "")
         own = None if group is None else group.position_tolerance
-        tolerance = body.position_tolerance if own is None else own
+        tolerance = body.configured.position_tolerance if own is None else own
         self.moves.take_over(body, move, begun=begun, tolerance=tolerance, since=since)
         if move.kind in UNATTENDED and not move.status.final:
             with acting(RESTART):
@@ -518,23 +505,23 @@ class Rorze(Family):
 
     def watches(self, line: Line) -> Iterator[Watch]:
         """Look after the bodies and the groups of a line."""
-        health, sweep = self._health[line.id], self.sweeps[line.id]
+        _, _, health, sweep = self._served[line.id]
         for body in self.bodies_of(line):
             yield BodyWatch(body, health, sweep, self.stops.on_line).run
-            if body in self._events:
-                yield partial(watch_events, body, self._events[body])
+            if body.configured.events is not None:
+                yield partial(watch_events, body, body.configured.events)
         yield partial(watch_groups, health, sweep)
         yield self._sampler(line).run
 
     def _sampler(self, line: Line) -> Sampler:
-        live, sweep, table = self.site.events.live, self.sweeps[line.id], self._tables[line.id]
+        live, (_, table, _, sweep) = self.site.events.live, self._served[line.id]
         bodies = self.bodies_of(line)
         places = (PositionSource(body, sweep, live, table.move_samples_per_s) for body in bodies)
         signals = (SignalSource(body, sweep, live) for body in bodies)
         return Sampler(line, live, [*places, *signals], table.live_share)
 
     def _way_changes(self, body: Body) -> None:
-        if self._tables[body.line.id].move_samples_per_s:
+        if self._served[body.line.id].table.move_samples_per_s:
             self.site.events.live.demand_changes()
 
     def at_work(self, line: Line) -> Iterator[str]:
@@ -620,19 +607,19 @@ class Rorze(Family):
             for it in self.listeners:
                 it.fell_silent(body)
         if body is not None and what == "body.online":
-            body.poll_due.set()
+            body.look_soon()
             self.stops.in_reach_again(body)
         self.site.events.publish(what, f"/bodies/{address}", facts)
 
     def _line_changed(self, line: Line, what: str) -> None:
-        """What happens while a line is down is known only when its bodies have been asked."""
+        """Note that nothing is known of the bodies of a line that is down until they are asked."""
         for body in self.bodies_of(line):
             if what == "line.down":
                 body.out_of_sight()
             elif what == "line.up":
                 self.stops.in_reach_again(body)
                 if body.moving is None:
-                    body.poll_due.set()
+                    body.look_soon()
 
     def _on_news(self, body: Body, kind: str, facts: dict[str, object]) -> None:
         self.site.events.publish(kind, f"/bodies/{body.address}", facts)
@@ -661,11 +648,11 @@ class Rorze(Family):
         return [self.stops.stop(bodies, "decelerate")] if bodies else []
 
     def _must_end(self, body: Body, *, everything: bool) -> bool:
-        """Whether it is to be stopped; where nobody can tell, too."""
+        """True if it is to be stopped; where nobody can tell, too."""
         return bool(everything and body.moving) or self._never_ends(body)
 
     def _never_ends(self, body: Body) -> bool:
-        """Whether its last move must not go on unattended, and nobody has seen its end."""
+        """True if its last move must not go on unattended, and nobody has seen its end."""
         move = next(iter(self.moves.log.of(body.address, 1)), None)
         if move is None or move.kind not in UNATTENDED or move.sent_at is None:
             return False

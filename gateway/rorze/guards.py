@@ -26,11 +26,11 @@ class Guards:
         self._line = line
         self._bodies = {body.number: body for body in bodies}
         self._stopping = stopping
-        """Whether a stop of a body is not confirmed yet."""
+        """True if a stop of a body is not confirmed yet."""
         self._keeps_out = keeps_out
-        """Whether an exchange would divide the upload of a program to a body."""
+        """True if an exchange would divide the upload of a program to a body."""
         self._restored = restored
-        """Whether an exchange would change a body to which a backup is being restored."""
+        """True if an exchange would change a body to which a backup is being restored."""
         self._refuses_program = refuses_program
         """Why the program of a body must not be started now."""
         for guard in (
@@ -65,7 +65,7 @@ class Guards:
         return None
 
     def _motion_at_the_wrong_time(self, exchange: RorzeExchange, now: float) -> GatewayError | None:
-        """What could move a motor: not before a stop is confirmed, to no lost place, and to a known end."""
+        """Refuse a motion before a stop is confirmed, to a lost place, or without a known end."""
         if exchange.command.effect is not Effect.MOTION:
             return None
         return (

@@ -2,66 +2,24 @@
 
 import asyncio
 from collections.abc import Callable
-from typing import Final, Literal, NamedTuple
-
-from pydantic import Field, PrivateAttr, model_validator
+from typing import Final, NamedTuple
 
 from gateway.core.errors import GatewayError, InvalidRequest
-from gateway.core.jogs import START_WITHIN_S, Jog, Jogging, JogNews, JogOutOfReach, Jogs
+from gateway.core.jogs import START_WITHIN_S, Jogging, JogNews, JogOutOfReach, Jogs
 from gateway.core.move_record import Move, MoveStatus
-from gateway.core.records import RequestModel, example
 from gateway.core.stops import CONFIRM_WITHIN_S, RECORD_WITHIN_S
 from gateway.rorze.bodies import Body
-from gateway.rorze.limited_speed import MaxSpeed, at_own_speed, require_one_speed
 from gateway.rorze.move_proof import CAUSES
-from gateway.rorze.move_requests import Pattern, Speed, relative_command
+from gateway.rorze.move_requests import BodyJog, BodyJogRequest, relative_command
 from gateway.rorze.moves import Moves
-from gateway.rorze.plans import amount_of, top_speed_of
+from gateway.rorze.plans import amount_of, at_own_speed, top_speed_of
 from gateway.rorze.stops import Stops
-from gateway.rorze.units import Length
 from protocols.rorze.modes import GetSoftLimits
 from protocols.rorze.notation import BILLION
 
 LONGEST_S: Final = 10.0
 """No jog goes further than the motor comes in this time at its top speed: nothing stops it where the gateway
 has died."""
-
-Turn = Literal["cw", "ccw"]
-_TURNS: Final[dict[str, Turn]] = {"+": "cw", "-": "ccw", "cw": "cw", "ccw": "ccw"}
-
-
-class BodyJogRequest(RequestModel, json_schema_extra=example(direction="cw")):
-    """Which way to jog, how fast, and how far at most."""
-
-    direction: Literal["cw", "ccw", "+", "-"] = Field(description="+ is cw, - is ccw.")
-    speed: Speed = Field(default="low", description="`low` runs at the start speed, without ramps.")
-    pattern: Pattern = None
-    max_speed: MaxSpeed = None
-    at_most: Length | None = Field(
-        default=None,
-        description="The jog ends after this distance; never further than 10 s take at its top speed, nor "
-        "beyond the soft limits.",
-    )
-
-    _one_speed = model_validator(mode="after")(require_one_speed)
-
-    @property
-    def turn(self) -> Turn:
-        """The direction in the words of moves."""
-        return _TURNS[self.direction]
-
-
-class BodyJog(Jog):
-    """A body that jogs, or has jogged."""
-
-    id: str = Field(description="Of the jog, and of the move it makes.")
-    body_id: str
-    direction: Turn
-    speed: Speed
-    distance: int = Field(description="So far it goes at most, in pulses; encoder counts in encoder mode.")
-    _bound: str = PrivateAttr("")
-    """Where it ends if it comes as far as it may."""
-
 
 _Session = Jogging[BodyJog, Body]
 
@@ -142,7 +100,7 @@ class BodyJogs(Jogs[BodyJog, Body]):
         """Give its move when that is over."""
         move = self._moves.get(session.jog.id)
         if not move.status.final:
-            await session.of.free.wait()
+            await session.of.motion.free.wait()
         return move
 
 

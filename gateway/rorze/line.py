@@ -5,8 +5,8 @@ import logging
 import random
 import re
 from collections import deque
-from collections.abc import Awaitable, Callable, Coroutine, Iterable, Mapping, Sequence, Set
-from contextlib import AbstractContextManager
+from collections.abc import Awaitable, Callable, Coroutine, Iterable, Iterator, Mapping, Sequence
+from contextlib import AbstractContextManager, contextmanager
 from typing import Any
 
 from gateway.core.errors import BodyOffline, GarbledReply, GatewayError, NoReply
@@ -17,9 +17,8 @@ from gateway.core.line_state import PortNews
 from gateway.core.origin import PROBE, SET_UP, acting
 from gateway.core.trace_filter import FrameSubject
 from gateway.core.waiting import happens
-from gateway.rorze.errors import refused
-from gateway.rorze.exchange import Answered, Outcome, ReplyFrame, RorzeExchange
-from gateway.rorze.session import RorzeSession
+from gateway.rorze.exchange import Answered, Outcome, ReplyFrame, RorzeExchange, refused
+from gateway.rorze.session import Presence, RorzeSession
 from gateway.texts import text
 from protocols.rorze.link import (
     POISON,
@@ -58,6 +57,55 @@ neighbours: a body that does not answer ends one of these.
 """
 
 
+class RollCall:
+    """The bodies that fell silent, and those of them that are asked first when their line lives again."""
+
+    def __init__(self) -> None:
+        self.unasked: set[int] = set()
+        """Bodies that count as silent because the whole line fell silent, and were not asked since."""
+        self.members: set[int] = set()
+        """The bodies that fell silent with the whole line, and were not asked since it lives again."""
+        self.due = False
+        """True if they are to be asked now."""
+        self.called = asyncio.Event()
+        """Not set while these are being asked: other questions of the gateway itself can wait."""
+        self.called.set()
+        self._silent_since: dict[int, float] = {}
+
+    def fell_silent(self, body: int, now: float, *, asked: bool) -> None:
+        """A body does not answer; `asked`: it was asked itself."""
+        self._silent_since.setdefault(body, now)
+        if asked:
+            self.unasked.discard(body)
+        else:
+            self.unasked.add(body)
+
+    def came_back(self, body: int) -> None:
+        """A body answers."""
+        self._silent_since.pop(body, None)
+        self.unasked.discard(body)
+        self.members.discard(body)
+
+    def line_fell_silent(self, heard_at: float) -> None:
+        """No body answers any more; the last answer came at `heard_at`."""
+        self.members = {body for body, since in self._silent_since.items() if since > heard_at}
+
+    def line_lives(self) -> bool:
+        """The line was set up and a body answers; True if bodies are to be asked."""
+        self.due |= bool(self.members)
+        return bool(self.members)
+
+    @contextmanager
+    def calling(self) -> Iterator[None]:
+        """They are asked inside."""
+        self.due = False
+        self.called.clear()
+        try:
+            yield
+        finally:
+            self.called.set()
+
+
 class Line(LineDriver[RorzeExchange, ReplyFrame | Message, ReplyFrame]):
     """One port with its RC-400 and bodies."""
 
@@ -92,7 +140,7 @@ class Line(LineDriver[RorzeExchange, ReplyFrame | Message, ReplyFrame]):
         session.byte_time_s = self.byte_time_s
         self._garbage_before = 0
         self.controllers = ""
-        """What the link master answered to XID."""
+        """The link master's answer to XID."""
         self.set_ups = 0
         self.own_groups: set[int] = set()
         """Groups for sweeps.
@@ -104,22 +152,14 @@ class Line(LineDriver[RorzeExchange, ReplyFrame | Message, ReplyFrame]):
         self.followed = 0
         """How many of its bodies have a move that is not over."""
         self.tells_of_stops = False
-        """Whether it was told as a whole that its stops are not confirmed, since nobody on it answers."""
+        """True if it was told as a whole that its stops are not confirmed, since nobody on it answers."""
         self.on_message: Callable[[Message], None] = lambda _: None
         self._news_of_silence = asyncio.Event()
         self._nobody_answers = False
-        self._silent_since: dict[int, float] = {}
-        self._unasked: set[int] = set()
-        """The bodies that count as silent because nobody on the line was heard, and were not asked since."""
-        self._roll: set[int] = set()
-        """Those that fell silent with the whole line, and were not asked since it lives again."""
-        self._roll_due = False
-        self.roll_called = asyncio.Event()
-        """Not set while these are being asked: other questions of the gateway itself can wait."""
-        self.roll_called.set()
+        self.roll = RollCall()
         self.ask_groups: Callable[[], Awaitable[object]] = _ask_nobody
         """Asks many of them in one frame, where the gateway keeps groups for that."""
-        session.on_online, session.on_offline = self._came_back, self._fell_silent
+        self.presence.on_online, self.presence.on_offline = self._came_back, self._fell_silent
         session.on_given_up, session.on_strict = self._gave_up, self._grew_strict
 
     def _beside(self) -> Iterable[Callable[[], Coroutine[Any, Any, None]]]:
@@ -143,41 +183,26 @@ class Line(LineDriver[RorzeExchange, ReplyFrame | Message, ReplyFrame]):
         return self._session.offline
 
     @property
-    def silent(self) -> set[int]:
-        """Those, and one that seems to be silent while that is still being found out."""
-        return self._session.silent
-
-    @property
-    def answered_late(self) -> set[int]:
-        """The bodies that were called silent last, and answered before they were given up."""
-        return self._session.answered_late
-
-    @property
-    def mute(self) -> set[int]:
-        """The bodies that did not answer their last stop."""
-        return self._session.mute
+    def presence(self) -> Presence:
+        """The bodies that answer, and those that do not."""
+        return self._session.presence
 
     def note_proofs(self, others_prove: Callable[[int], bool]) -> None:
         """Learn how to see that others than a body, who answer, have yet to tell whether they stand."""
         self._session.others_prove = others_prove
 
     def is_asked_later(self, body: int) -> bool:
-        """Whether a body that may be dead has to wait for such others."""
+        """True if a body that may be dead has to wait for such others."""
         return self._session.is_asked_later(body)
 
     @property
-    def unasked(self) -> Set[int]:
-        """Those of the silent who only count as silent because nobody on the line was heard."""
-        return self._unasked
-
-    @property
     def interject_stops(self) -> bool:
-        """Whether a stop goes out before the reply under way."""
+        """True if a stop goes out before the reply under way."""
         return self._session.interject_stops
 
     @property
     def strict(self) -> bool:
-        """Whether a reply came twice here lately, so that every acknowledgement is bracketed by fences."""
+        """True if a reply came twice here lately, so that every acknowledgement is bracketed by fences."""
         return self._session.strict
 
     @property
@@ -187,15 +212,6 @@ class Line(LineDriver[RorzeExchange, ReplyFrame | Message, ReplyFrame]):
         The silence of those who are known not to answer does not count.
         """
         return self._session.last_error_at
-
-    def heard_at(self, body: int) -> float | None:
-        """When a body last answered, in the event loop's time; not as a member of a group."""
-        return self._session.heard_at(body)
-
-    @property
-    def last_heard_at(self) -> float:
-        """When anybody but the link master last answered, in the event loop's time."""
-        return self._session.last_heard_at
 
     def frame_of(self, body: int, command: RorzeCommand[Any]) -> str:
         """Show the exact frame of a command as text, with its CR escaped."""
@@ -211,7 +227,7 @@ class Line(LineDriver[RorzeExchange, ReplyFrame | Message, ReplyFrame]):
         return FrameSubject(b"%X" % number, frozenset((number, *self.groups.get(number, ()), *named)))
 
     def shows_silence(self, error: GatewayError) -> bool:
-        """Whether an error shows that a body does not answer, on a line that works or is another's."""
+        """True if an error shows that a body does not answer, on a line that works or is another's."""
         if self.state is LineState.STANDBY:
             return True
         if self.state in (LineState.DOWN, LineState.SETTING_UP) or isinstance(error, GarbledReply):
@@ -221,13 +237,17 @@ class Line(LineDriver[RorzeExchange, ReplyFrame | Message, ReplyFrame]):
         return isinstance(error, NoReply | BodyOffline) and not all_are_silent
 
     def can_address(self, body: int) -> bool:
-        """Whether the line's way of addressing reaches this body number."""
+        """True if the line's way of addressing reaches this body number."""
         return self._session.introducer == "&" or body <= 0xF
 
     def _break_off(self, reason: str) -> None:
         if self._session.awaits_replies():
             self._session.last_error_at = self._loop.time()
         super()._break_off(reason)
+
+    def is_followed(self, more: int) -> None:
+        """Count the bodies with a move that is not over: `more` than before, or fewer where it is below 0."""
+        self.followed += more
 
     # set-up
 
@@ -244,7 +264,9 @@ class Line(LineDriver[RorzeExchange, ReplyFrame | Message, ReplyFrame]):
         link_answers = isinstance(identified, Answered | Refusal)
         if link_answers or not self._all_are_offline():
             await self._tell(SetReplyFormat(end_of_move=1))
-            for group, members in [it for it in self.groups.items() if fresh or it[0] not in self.own_groups]:
+            for group, members in [
+                group for group in self.groups.items() if fresh or group[0] not in self.own_groups
+            ]:
                 self._note_group(group, await self._tell(_group_definition(group, members)), self.set_ups)
         if self._open:
             self._begin_to_serve(link_answers=link_answers)
@@ -258,8 +280,7 @@ class Line(LineDriver[RorzeExchange, ReplyFrame | Message, ReplyFrame]):
                 log.warning("line %s: %s", self.id, NO_LINK_MASTER)
             self._came_up({"controllers": self.controllers})
             self._nobody_answers &= not link_answers  # it has heard all this while somebody answered
-            if self._roll:
-                self._roll_due = True
+            if self.roll.line_lives():
                 self._news_of_silence.set()
         self._pump()
 
@@ -298,7 +319,7 @@ class Line(LineDriver[RorzeExchange, ReplyFrame | Message, ReplyFrame]):
         self._note_group(group, outcome, set_up)
 
     def knows_group(self, group: int) -> bool:
-        """Whether its link master has acknowledged the definition of a group since it was last set up."""
+        """True if its link master has acknowledged the definition of a group since it was last set up."""
         return self._known_since.get(group) == self.set_ups
 
     async def define_own_group(self, group: int) -> None:
@@ -338,7 +359,7 @@ class Line(LineDriver[RorzeExchange, ReplyFrame | Message, ReplyFrame]):
         if not self._open:
             raise self._down()
         if body in self.offline and lane not in STOPS:
-            raise self._session.offline_error(body)
+            raise self.presence.offline_error(body)
         exchange = self._session.exchange(body, command, lane)
         if expires_at is None and lane in PEOPLE_WAIT:
             expires_at = self._loop.time() + WRITTEN_WITHIN_S
@@ -347,7 +368,9 @@ class Line(LineDriver[RorzeExchange, ReplyFrame | Message, ReplyFrame]):
 
     def sending(self, body: int, commands: Sequence[RorzeCommand[Any]]) -> AbstractContextManager[None]:
         """Wait for the disk once, whatever of these is sent to a body or group here and now."""
-        return self.undertaking(lambda: [self._session.exchange(body, it, Lane.COMMAND) for it in commands])
+        return self.undertaking(
+            lambda: [self._session.exchange(body, command, Lane.COMMAND) for command in commands]
+        )
 
     def probe(self, body: int, timeout_s: float, lane: Lane = Lane.READ) -> "asyncio.Future[Outcome]":
         """Ask a body, known or not, whether it is there, by a read that nothing else can be mistaken for."""
@@ -378,11 +401,7 @@ class Line(LineDriver[RorzeExchange, ReplyFrame | Message, ReplyFrame]):
     # presence
 
     def _fell_silent(self, body: int, asked: bool) -> None:
-        self._silent_since.setdefault(body, self._loop.time())
-        if asked:
-            self._unasked.discard(body)
-        else:
-            self._unasked.add(body)
+        self.roll.fell_silent(body, self._loop.time(), asked=asked)
         self.on_change("body.offline", {"body": body, "asked": asked})
 
     def _gave_up(self) -> None:
@@ -390,15 +409,12 @@ class Line(LineDriver[RorzeExchange, ReplyFrame | Message, ReplyFrame]):
         self._news_of_silence.set()
         if self._all_are_offline():
             self._nobody_answers = True
-            heard_at = self.last_heard_at
-            self._roll = {it for it, since in self._silent_since.items() if since > heard_at}
+            self.roll.line_fell_silent(self.presence.last_heard_at)
             if self._ready:
                 self.set_up_again("nobody answers any more")
 
     def _came_back(self, body: int) -> None:
-        self._silent_since.pop(body, None)
-        self._unasked.discard(body)
-        self._roll.discard(body)
+        self.roll.came_back(body)
         self.on_change("body.online", {"body": body})
         was_silent = self.state is LineState.SILENT or self._nobody_answers
         if was_silent and self._ready and not self._set_up_due:
@@ -410,7 +426,7 @@ class Line(LineDriver[RorzeExchange, ReplyFrame | Message, ReplyFrame]):
         pause_s = PROBE_S[0]
         while True:
             self.on_work()  # a line without bodies has nothing to write
-            if self._roll_due:
+            if self.roll.due:
                 await self._call_roll()
             if await self._has_news_of_silence(pause_s):
                 pause_s = PROBE_S[0]
@@ -436,7 +452,7 @@ class Line(LineDriver[RorzeExchange, ReplyFrame | Message, ReplyFrame]):
             began_at = self._loop.time()
             if await self._answers_probe(body, Lane.READ):
                 somebody_came_back = True
-                if self._roll and (self._roll_due or self._set_up_due or not self._ready):
+                if self.roll.members and (self.roll.due or self._set_up_due or not self._ready):
                     return True
             elif len(self.offline) < len(self.bodies):
                 rest_s = (self._loop.time() - began_at) / PROBE_SHARE
@@ -445,29 +461,26 @@ class Line(LineDriver[RorzeExchange, ReplyFrame | Message, ReplyFrame]):
         return somebody_came_back
 
     def _in_turn(self, bodies: Iterable[int]) -> list[int]:
-        """Those first who fell silent with the whole line, and of them who was heard last."""
-        return sorted(self._session.latest_first(bodies), key=lambda it: it not in self._roll)
+        """Order bodies for probes: first those that fell silent with the line, the last heard in front."""
+        return sorted(self.presence.latest_first(bodies), key=lambda body: body not in self.roll.members)
 
     async def _answers_probe(self, body: int, lane: Lane) -> bool:
-        """Whether it is there. Who was silent only with the whole line is silent itself if it is not."""
+        """True if it is there. Who was silent only with the whole line is silent itself if it is not."""
         outcome = await self.probe(body, self._session.reply_timeout_s, lane)
         if isinstance(outcome, NoReply) and self._open and not self._all_are_offline():
-            self._roll.discard(body)
-            if body in self._unasked:
+            self.roll.members.discard(body)
+            if body in self.roll.unasked:
                 self._fell_silent(body, asked=True)
         return isinstance(outcome, Answered)
 
     async def _call_roll(self) -> None:
         """Ask all who fell silent with the line, now that it lives, as fast as they answer."""
-        self._roll_due = False
-        self.roll_called.clear()
-        try:
-            with acting(PROBE):
-                await self.ask_groups()
-                roll = deque(self._in_turn(self._roll))
-                await asyncio.gather(*(self._ask_in_turn(roll, lane, forwards=it) for it, lane in ROLL))
-        finally:
-            self.roll_called.set()
+        with self.roll.calling(), acting(PROBE):
+            await self.ask_groups()
+            roll = deque(self._in_turn(self.roll.members))
+            await asyncio.gather(
+                *(self._ask_in_turn(roll, lane, forwards=forwards) for forwards, lane in ROLL)
+            )
 
     async def _ask_in_turn(self, roll: deque[int], lane: Lane, *, forwards: bool) -> None:
         """Ask one after the other until one does not answer: probes of the dead are rare."""

@@ -6,21 +6,34 @@ from contextlib import suppress
 from dataclasses import dataclass, field
 from typing import ClassVar, Self, cast
 
+from pydantic import Field
+
 from gateway.core.errors import ControllerRefused, GatewayError
-from gateway.core.event_types import IO, Signal, Signals
+from gateway.core.event_types import IO, EventData, Signal, Signals
 from gateway.core.lanes import Lane
 from gateway.core.live import Live
+from gateway.core.move_record import CountedIn
+from gateway.core.records import Record
 from gateway.core.sampler import IO_HZ, LiveSource
 from gateway.rorze.bodies import POSITION, Body, R
-from gateway.rorze.event_types import BodyPosition
-from gateway.rorze.sweep import Sweep, SweepAnswer
+from gateway.rorze.probes import Sweep, SweepAnswer
 from protocols.rorze.inputs_outputs import GetInputs, GetOutputs
 from protocols.rorze.modes import GetOperatingMode
 from protocols.rorze.row import RorzeCommand
+from protocols.rorze.status import CONTROLLER_STATUS_BITS, names_of
 
 INPUTS, OUTPUTS = range(10), range(16)
 FRESH = 0.5
 """Share of the time between two values that one may be old which was told to somebody else."""
+
+
+class BodyPosition(EventData):
+    """Where a motor stands (6PD)."""
+
+    pulses: int = Field(description="Or encoder counts: see `counted_in`.")
+    counted_in: CountedIn | None = Field(description="Null where its operating mode could not be read.")
+    value: float | None = Field(description="The same in `unit`; null without a scale.")
+    unit: str | None
 
 
 @dataclass(eq=False)
@@ -38,7 +51,7 @@ class LiveBody(LiveSource):
         self.subject = f"/bodies/{self.body.address}"
 
     def company(self, due: Sequence[LiveSource]) -> dict[Body, Self]:
-        """Those that one frame asks for, by their bodies."""
+        """The values that one frame asks for, by their bodies."""
         alike = {it.body: it for it in self.among(due)}
         group = self.sweep.group_for(self.body, alike)
         return {
@@ -66,13 +79,13 @@ class PositionSource(LiveBody):
     @property
     def own_hz(self) -> float:
         """While it moves, that of the samples which are kept with the move."""
-        return 0.0 if self.body.trajectory is None else self.samples_hz
+        return 0.0 if self.body.motion.trajectory is None else self.samples_hz
 
     async def read(self, due: Sequence[LiveSource]) -> list[LiveSource]:
         """Put what somebody else has just been told, or ask."""
-        if self.body.mode is None:
+        if self.body.told.mode is None:
             with suppress(ControllerRefused):
-                await self.ask([it for it in self.company(due) if it.mode is None], GetOperatingMode())
+                await self.ask([it for it in self.company(due) if it.told.mode is None], GetOperatingMode())
         if self._put_if_fresh():
             return [self]
         sources = self.company(due)
@@ -83,11 +96,10 @@ class PositionSource(LiveBody):
 
     def _put_if_fresh(self) -> bool:
         body, hz = self.body, max(self.live.rate(self.type, self.subject), self.own_hz)
-        if body.position is None or body.position_at is None or hz <= 0:
+        place = body.told.place
+        if place is None or hz <= 0 or asyncio.get_running_loop().time() - place.at > FRESH / hz:
             return False
-        if asyncio.get_running_loop().time() - body.position_at > FRESH / hz:
-            return False
-        self.put(body.position, body.position_at)
+        self.put(*place)
         return True
 
     def put(self, pulses: int, at: float) -> None:
@@ -117,7 +129,7 @@ class SignalSource(LiveBody):
         for body in both:
             signals = Signals(
                 inputs=_signals(INPUTS, body.input_names, inputs[body][0].bits or 0),
-                outputs=_signals(OUTPUTS, body.output_names, outputs[body][0].bits or 0),
+                outputs=_signals(OUTPUTS, body.configured.output_names, outputs[body][0].bits or 0),
             )
             self.live.put(self.type, sources[body].subject, signals, inputs[body][1])
         return [sources[body] for body in both]
@@ -125,3 +137,33 @@ class SignalSource(LiveBody):
 
 def _signals(numbers: range, names: Mapping[int, str], bits: int) -> list[Signal]:
     return [Signal(number=it, name=names.get(it), on=bool(bits >> it & 1)) for it in numbers]
+
+
+class BodyNow(Record):
+    """A body, as far as is known."""
+
+    body_id: str
+    online: bool
+    moving: bool | None
+    move_id: str | None
+    counted_in: CountedIn | None = Field(description="Of the position; null where that is not known.")
+    position: int | None = Field(description="In `counted_in`, as last read.")
+    homed: str
+    power_cycled: bool
+    status: list[str] | None
+
+    @classmethod
+    def of(cls, body: Body) -> Self:
+        """Tell it without asking the controller."""
+        bits = body.told.status_bits
+        return cls(
+            body_id=body.address,
+            online=body.online,
+            moving=body.moving if body.online else None,
+            move_id=None if body.move is None else body.move.id,
+            counted_in=body.counted_in,
+            position=body.told.position,
+            homed=body.power.homed,
+            power_cycled=body.power.cycled,
+            status=None if bits is None else names_of(bits, CONTROLLER_STATUS_BITS),
+        )

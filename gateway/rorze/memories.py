@@ -11,7 +11,7 @@ from gateway.core.operation import Rows
 from gateway.core.records import RequestModel, SentBack, example
 from gateway.core.rights import Right
 from gateway.rorze.bodies import Body
-from gateway.rorze.errors import PartlyDone
+from gateway.rorze.exchange import PartlyDone
 from protocols.rorze.notation import BILLION
 from protocols.rorze.programs import LARGEST_COUNT, GetProgramMemory, SetProgramMemory
 
@@ -50,7 +50,7 @@ AS_IT_IS: Final[Any] = Field(description="Null, as GET gives it, leaves what is 
 
 
 class MemoryChange(SentBack, json_schema_extra=example(value=12)):
-    """What a memory shall hold."""
+    """A number for a memory."""
 
     read_only = frozenset(("name",))
 
@@ -65,7 +65,7 @@ class NamedMemory(RequestModel):
 
 
 class MemoryChanges(SentBack, json_schema_extra=example(memories=[{"name": "D0", "value": 12}])):
-    """What memories shall hold."""
+    """Numbers for memories."""
 
     read_only = frozenset(("body_id",))
 

@@ -1,4 +1,4 @@
-"""What a controller's own state proves of a move: whether it was begun, is over, and how it ended."""
+"""The proof of a move by the controller's own state: that it was begun, is over, and how it ended."""
 
 import asyncio
 from collections.abc import Awaitable, Callable
@@ -34,12 +34,13 @@ from gateway.core.verdicts import (
     VerdictWords,
     judge,
 )
-from gateway.rorze.bodies import ENCODER_SWAYS, STATUS, Body, MotorState
-from gateway.rorze.errors import IN_MOTION
+from gateway.rorze.asked_body import believed, errs
+from gateway.rorze.bodies import ENCODER_SWAYS, STATUS, Body
+from gateway.rorze.exchange import IN_MOTION
+from gateway.rorze.knowledge import MotorState
 from gateway.rorze.plans import target_of
-from gateway.rorze.poll_intervals import background_of, is_crowded, is_prompt
 from gateway.rorze.power import POWER_ON_POSITION, PowerSeen, needs_place
-from gateway.rorze.readings import believed, errs
+from gateway.rorze.probes import background_of, is_crowded, is_prompt
 from protocols.rorze.inputs_outputs import GetSensors
 from protocols.rorze.modes import GetOperatingMode
 from protocols.rorze.origin import CentreStallDog, GetHomingDistance, OriginSearch
@@ -92,25 +93,25 @@ class SharedWay(NamedTuple):
 
 @dataclass(eq=False)
 class MoveProof:
-    """What proves how the move of one body ends."""
+    """The evidence of how the move of one body ends."""
 
     body: Body
     move: Move
     before: MotorState | None = None
-    """What the controller said just before the command was sent."""
+    """The motor's state just before the command was sent."""
     tolerance: int = 0
     """Pulses by which the motor may miss the target."""
     resumed: str = ""
     """Why another life of the gateway, or another gateway, has begun it, which may have had the reply."""
     _needs_proof: bool = False
     _power: PowerSeen = field(default_factory=lambda: PowerSeen(None, 0))
-    """What was known of the body's power just before the command was sent."""
+    """The state of the body's power just before the command was sent."""
     _strayed: bool = False
-    """Whether the motor was seen where its way does not lead."""
+    """True if the motor was seen where its way does not lead."""
     _half: MotorState | None = None
     """A reading that counts when the next one agrees; no cut of the line undoes it."""
     _doubled: NoReply | None = None
-    """What counts in place of a refusal as in motion, although the motor had stood still."""
+    """The error that counts in place of a refusal as in motion, although the motor had stood still."""
     _patience_s: float = OVERDUE_S
     _silence: Silence = field(init=False)
     set_ups: int = field(init=False)
@@ -149,7 +150,7 @@ class MoveProof:
             ) from None
         if self.before.runs:
             body.may_move()
-            mover = "its user program" if body.in_program else "no move of this gateway"
+            mover = "its user program" if body.life.in_program else "no move of this gateway"
             raise BodyBusy(
                 f"{body.address} moves already, by {mover}; {move.command} was not sent.",
                 "Wait for its end or stop it.",
@@ -173,20 +174,20 @@ class MoveProof:
 
     async def _tolerance(self) -> int:
         """An encoder may find the motor beside its target; pulses put out are counted, and never miss it."""
-        if not self.body.position_tolerance or self.move.target_position is None:
+        if not self.body.configured.position_tolerance or self.move.target_position is None:
             return 0
         operation, _ = await believed(
             self.body.line, lambda: self.body.ask(GetOperatingMode(), lane=Lane.VERIFY), _same_reply
         )
-        return self.body.position_tolerance if operation.mode == "encoder" else 0
+        return self.body.configured.position_tolerance if operation.mode == "encoder" else 0
 
     async def _begin_to_guard(self, command: RorzeCommand[Any]) -> None:
         """Let the mark stand before what a loss of power would spoil; without one, look afresh."""
         power = self.body.power
         self._needs_proof = power.needs_origin and (needs_place(command) or isinstance(command, OriginSearch))
-        if self._needs_proof and power.mark is None:
+        if self._needs_proof and power.mark.text is None:
             await self.body.mark.ensure(Lane.VERIFY)
-            self.body.rest = None
+            self.body.told.rest_in_doubt()
 
     async def _prove_power(self, command: RorzeCommand[Any]) -> None:
         """Ask for the mark; where there is none, what the motor has just said has to do."""
@@ -199,11 +200,11 @@ class MoveProof:
     # while it may run
 
     async def running(self) -> MotorState | None:
-        """What the motor does while the move is under way; None when nobody knows any more."""
+        """Ask for the motor's state while the move is under way; None when nobody knows any more."""
         return await self._state(lambda state: state.runs or self._ended_as_asked(state))
 
     async def _state(self, plausible: Callable[[MotorState], bool]) -> MotorState | None:
-        """What is not plausible, or was read while the line garbles frames, counts only when read twice."""
+        """Ask for the motor's state: twice where it is not plausible, or while the line garbles frames."""
         half: MotorState | None
         self._half = None
         while (state := await self._answered(self._read)) is not None:
@@ -234,9 +235,9 @@ class MoveProof:
     async def _read(self) -> MotorState:
         """Ask what the motor does: behind clients while it runs, before them when that decides the move."""
         body = self.body
-        if self._half is None and not body.end_due.is_set():
+        if self._half is None and not body.motion.end_due.is_set():
             reading = asyncio.create_task(self._ask(background_of(body.line)), name=f"poll {body.address}")
-            due = asyncio.create_task(body.end_due.wait(), name=f"end of {body.address}")
+            due = asyncio.create_task(body.motion.end_due.wait(), name=f"end of {body.address}")
             try:
                 await asyncio.wait(
                     {reading, due}, timeout=self._patience_s, return_when=asyncio.FIRST_COMPLETED
@@ -266,7 +267,7 @@ class MoveProof:
     @property
     def _urgent_lane(self) -> Lane:
         """Before clients; where many are stopped, their standstill is proved first."""
-        behind = self.body.being_stopped and not is_prompt(self.body.line)
+        behind = self.body.life.being_stopped and not is_prompt(self.body.line)
         return Lane.BACKGROUND if behind else Lane.VERIFY
 
     async def _ask(self, lane: Lane) -> MotorState:
@@ -283,16 +284,16 @@ class MoveProof:
         return state._replace(cause=cause.bits)
 
     def _agree(self, one: MotorState, other: MotorState) -> bool:
-        """Whether both may be true: a motor at rest stays where it is."""
+        """True if both may be true: a motor at rest stays where it is."""
         if one.runs or other.runs:
             return one.runs and other.runs
         same_place = abs(one.position - other.position) <= self.tolerance
         return same_place and (one.bits, one.cause) == (other.bits, other.cause)
 
     def _ended_as_asked(self, state: MotorState) -> bool:
-        """Whether an announced end, the end cause and the position all tell of success."""
+        """True if an announced end, the end cause and the position all tell of success."""
         near = self.move.target_position is None or self._is_target(state.position)
-        return self.body.move_ended.is_set() and not state.cause and near
+        return self.body.motion.announced.is_set() and not state.cause and near
 
     def _is_target(self, position: int | None) -> bool:
         target = self.move.target_position
@@ -312,7 +313,7 @@ class MoveProof:
         if start is None or target is None or self.move.kind == "interpolated":
             return False
         sways = 0 if self.body.counted_in == "pulses" else ENCODER_SWAYS
-        slack = max(self.tolerance, self.body.position_tolerance, sways)
+        slack = max(self.tolerance, self.body.configured.position_tolerance, sways)
         return not min(start, target) - slack <= state.position <= max(start, target) + slack
 
     # the verdict
@@ -353,7 +354,7 @@ class MoveProof:
         if self._tells_its_end(state):
             self._note(f"The motor has moved, and has come to rest{self._of_reply(error)}")
             return await self.at_rest(state)
-        if kept or not self.body.went_silent:
+        if kept or not self.body.life.was_silent:
             if self._travelled_to_target(state):
                 self._note(f"The motor stands at the target{self._of_reply(error)}")
                 return None
@@ -375,11 +376,11 @@ class MoveProof:
 
     @property
     def _executed(self) -> str:
-        """What a motor that runs proves: in another life something else may have set it going."""
+        """The conclusion from a motor that runs: in another life something else may have set it going."""
         return "" if self.resumed else ": the command was executed"
 
     def _of_reply(self, error: NoReply) -> str:
-        """What is known of the reply, as the end of a sentence."""
+        """The fate of the reply, as the end of a sentence."""
         if self._doubled is not None:
             return "."
         if self.move.acknowledged_at is not None:
@@ -394,7 +395,7 @@ class MoveProof:
         return self._is_target(state.position) and not started_there
 
     def _untouched(self, state: MotorState) -> bool:
-        """Whether the motor shows that a move of some length was never begun."""
+        """True if the motor shows that a move of some length was never begun."""
         before = self.before
         leads_back = self.move.kind == "interpolated" and self.move.target_position in (
             None,
@@ -407,15 +408,15 @@ class MoveProof:
         return state.position == before.position and not ended_at_once
 
     async def _still_counts(self, state: MotorState) -> bool:
-        """Whether it has kept its power: a controller that was switched off and on stands at 0, too."""
+        """True if it has kept its power: a controller that was switched off and on stands at 0, too."""
         return state.position != POWER_ON_POSITION or await self._remembers_homing()
 
     def _has_moved(self, state: MotorState) -> bool:
-        """Whether it stands elsewhere than before: then the cause of the last end is that of this move."""
+        """True if it stands elsewhere than before: then the cause of the last end is that of this move."""
         return self.before is not None and state.position != self.before.position
 
     def _tells_its_end(self, state: MotorState) -> bool:
-        """Whether the controller, or a stop, tells how a move without a reply ended: it was executed.
+        """True if the controller, or a stop, tells how a move without a reply ended: it was executed.
 
         In another life something else may have moved the motor since.
         """
@@ -423,8 +424,8 @@ class MoveProof:
         return told and not self.resumed and self._has_moved(state)
 
     def _was_stopped_at(self, state: MotorState) -> bool:
-        """Whether a stop was confirmed there since the command was sent."""
-        return self.body.stopped_at is not None and state.position == self.body.stopped_at
+        """True if a stop was confirmed there since the command was sent."""
+        return self.body.motion.stopped_at is not None and state.position == self.body.motion.stopped_at
 
     async def at_rest(self, state: MotorState) -> Verdict:
         """How the move ended that came to rest."""
@@ -441,12 +442,12 @@ class MoveProof:
         if verdict.status is MoveStatus.SUCCEEDED:
             if self.move.kind == "home":
                 await self._homed()
-            elif self.body.in_position:
+            elif self.body.configured.in_position:
                 return await self._without_in_position() or verdict
         return verdict
 
     async def _finding(self, state: MotorState) -> AtRest:
-        """What is found of a move that was executed, and whose end has no cause."""
+        """The finding of a move that was executed, and whose end has no cause."""
         kept = False if await self._fell_back(state) else await self._kept_its_power()
         if self.move.target_position is None:
             place = Place.WITHOUT_TARGET
@@ -468,11 +469,11 @@ class MoveProof:
         while not (sensor := await self._answered(self._ask_for_in_position)):
             if sensor is None:
                 return self.given_up()
-            if body.being_stopped or body.stopped_at is not None:
+            if body.life.being_stopped or body.motion.stopped_at is not None:
                 return self._judged(AtRest(Told.STOP))
             if asyncio.get_running_loop().time() > until:
                 return self._judged(AtRest(Told.NOT_IN_POSITION), waited_s=IN_POSITION_S)
-            body.end_due.clear()
+            body.motion.end_due.clear()
             await body.end_seems_due(body.poll_interval_s)
         self._note("The servo drive reports that it is in position (INP).")
         return None
@@ -493,11 +494,11 @@ class MoveProof:
 
     def given_up(self, error: GatewayError | None = None) -> Verdict:
         """The verdict on a move whose end nobody could see; `error` where nobody knows if it was begun."""
-        move, stopped_at, half = self.move, self.body.stopped_at, self._half
+        move, stopped_at, half = self.move, self.body.motion.stopped_at, self._half
         heard, place = Heard.NOTHING, move.position
         if stopped_at is not None:
             place = move.position = stopped_at
-        elif self.body.move_ended.is_set():
+        elif self.body.motion.announced.is_set():
             heard = Heard.END
         elif half is not None and not half.runs:
             heard, place = Heard.STANDSTILL, half.position
@@ -529,7 +530,7 @@ class MoveProof:
     # its power
 
     async def _kept_its_power(self) -> bool | None:
-        """Whether it has kept its power since the command was sent; None where nothing proves it."""
+        """True if it has kept its power since the command was sent; None where nothing proves it."""
         if not self._in_question():
             return True
         told = await self._mark_tells()
@@ -540,7 +541,7 @@ class MoveProof:
         return await self._seems_to_have_kept_it()
 
     async def _fell_back(self, state: MotorState) -> bool:
-        """Whether the motor ran, or stands, where only a loss of power leads it, whatever its mark tells."""
+        """True if the motor ran, or stands, where only a loss of power leads it, whatever its mark tells."""
         start, target = self.move.start_position, self.move.target_position
         if self._strayed:
             why = f"it ran elsewhere than between {start} and {target}"
@@ -553,7 +554,7 @@ class MoveProof:
         return True
 
     async def _note_missed(self, state: MotorState) -> bool:
-        """Whether a motor that rests beside its target, and tells no cause, may have lost its power."""
+        """True if a motor that rests beside its target, and tells no cause, may have lost its power."""
         doubted = self._has_moved(state) and await self._answered(self.body.know_mode) != "encoder"
         if doubted:
             self._not_known(f"it came to rest at {state.position}, and tells no cause")
@@ -565,7 +566,7 @@ class MoveProof:
         self.body.power.lost(certain=False, why=why)
 
     async def _end_agrees(self) -> bool | None:
-        """Whether the end agrees with a mark that stands: a comment may outlast the power.
+        """True if the end agrees with a mark that stands: a comment may outlast the power.
 
         A move without a target ends by a cause, or is announced; a homing is remembered.
         """
@@ -578,7 +579,7 @@ class MoveProof:
         return None
 
     def _in_question(self) -> bool:
-        """Whether the end of the move alone does not prove it.
+        """True if the end of the move alone does not prove it.
 
         After a loss of power a controller announces no end, and stands at 0, or anywhere on its way.
         """
@@ -587,16 +588,16 @@ class MoveProof:
         silent_end = move.completion != "frame" and (
             move.target_position is None or move.position == POWER_ON_POSITION
         )
-        return self._needs_proof or self.body.went_silent or missed or silent_end
+        return self._needs_proof or self.body.life.was_silent or missed or silent_end
 
     async def _mark_tells(self) -> bool | None:
-        """Whether its mark proves that it has kept its power; None where there is none, or no answer."""
+        """True if its mark proves that it has kept its power; None where there is none, or no answer."""
         if self._mark_stood() and await self._answered(self._ask_for_mark) is None:
             return None
         return self.body.power.kept_since(self._power)
 
     def _mark_stood(self) -> bool:
-        """Whether the mark is, as far as is known, the one that stood before the move."""
+        """True if the mark is, as far as is known, the one that stood before the move."""
         return bool(self.body.power.kept_since(self._power))
 
     async def _ask_for_mark(self) -> bool:
@@ -604,7 +605,7 @@ class MoveProof:
         return True
 
     async def _seems_to_have_kept_it(self) -> bool | None:
-        """The same where there is no mark: position, status and the announcement of the end have to tell."""
+        """Tell it without a mark, by position, status and the announcement of the end."""
         move = self.move
         if self._power_was_lost():
             why = f"its move came to rest at {move.position}, as after a loss of power, and no mark stands"
@@ -628,13 +629,13 @@ class MoveProof:
         return None
 
     def _power_was_lost(self) -> bool:
-        """Whether a body that calls its end normal may have been switched off in the middle of the move."""
+        """True if a body that calls its end normal may have been switched off in the middle of the move."""
         at_power_on = self.move.position == POWER_ON_POSITION
         arrived = self._is_target(self.move.position)
         if arrived and not at_power_on:
             return False
         fell_back = at_power_on and self.move.kind in STRAIGHT
-        return self.body.went_silent or (fell_back and not arrived)
+        return self.body.life.was_silent or (fell_back and not arrived)
 
     async def _end_announced(self) -> bool:
         if self.move.completion == "frame":

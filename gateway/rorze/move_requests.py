@@ -2,17 +2,19 @@
 
 from typing import Annotated, Any, Final, Literal, TypeVar
 
-from pydantic import Field, ValidationError, model_validator
+from pydantic import Field, PrivateAttr, ValidationError, model_validator
 
 from gateway.core.errors import InvalidRequest
+from gateway.core.jogs import Jog
 from gateway.core.move_record import StartRequest
-from gateway.core.records import example
+from gateway.core.records import RequestModel, example
 from gateway.rorze.bodies import Group
-from gateway.rorze.limited_speed import MaxSpeed, require_one_speed
+from gateway.rorze.plans import MaxSpeed, require_one_speed
 from gateway.rorze.units import Length, Scale
 from protocols.rorze import moves, origin
 from protocols.rorze.notation import PositionReference
 from protocols.rorze.row import RorzeCommand
+from protocols.rorze.stops import Accelerate, ChangeSpeed, Decelerate
 from protocols.wording import expectation
 
 Direction = Literal["cw", "ccw"]
@@ -167,3 +169,74 @@ def common_command(group: Group, move: MoveRequest) -> RorzeCommand[Any]:
             "Give pulses.",
         )
     return first
+
+
+Turn = Literal["cw", "ccw"]
+_TURNS: Final[dict[str, Turn]] = {"+": "cw", "-": "ccw", "cw": "cw", "ccw": "ccw"}
+
+
+class BodyJogRequest(RequestModel, json_schema_extra=example(direction="cw")):
+    """Which way to jog, how fast, and how far at most."""
+
+    direction: Literal["cw", "ccw", "+", "-"] = Field(description="+ is cw, - is ccw.")
+    speed: Speed = Field(default="low", description="`low` runs at the start speed, without ramps.")
+    pattern: Pattern = None
+    max_speed: MaxSpeed = None
+    at_most: Length | None = Field(
+        default=None,
+        description="The jog ends after this distance; never further than 10 s take at its top speed, nor "
+        "beyond the soft limits.",
+    )
+
+    _one_speed = model_validator(mode="after")(require_one_speed)
+
+    @property
+    def turn(self) -> Turn:
+        """The direction in the words of moves."""
+        return _TURNS[self.direction]
+
+
+class BodyJog(Jog):
+    """A body that jogs, or has jogged."""
+
+    id: str = Field(description="Of the jog, and of the move it makes.")
+    body_id: str
+    direction: Turn
+    speed: Speed
+    distance: int = Field(description="So far it goes at most, in pulses; encoder counts in encoder mode.")
+    _bound: str = PrivateAttr("")
+    """Where it ends if it comes as far as it may."""
+
+
+class SpeedIncrease(RequestModel, json_schema_extra=example(mode="accelerate")):
+    """Accelerate to the maximum speed: command 5AS."""
+
+    mode: Literal["accelerate"]
+
+    def command(self) -> RorzeCommand[Any]:
+        """The controller's command for it."""
+        return Accelerate()
+
+
+class SpeedDecrease(RequestModel, json_schema_extra=example(mode="decelerate")):
+    """Decelerate to the start speed: command 5DS."""
+
+    mode: Literal["decelerate"]
+
+    def command(self) -> RorzeCommand[Any]:
+        """The controller's command for it."""
+        return Decelerate()
+
+
+class SpeedSetting(RequestModel, json_schema_extra=example(mode="change", speed=20_000)):
+    """Change to a speed: command 5CS."""
+
+    mode: Literal["change"]
+    speed: int = Field(ge=1, le=1_000_000, description="In pulses per second.")
+
+    def command(self) -> RorzeCommand[Any]:
+        """The controller's command for it."""
+        return ChangeSpeed(speed=self.speed)
+
+
+SpeedRequest = Annotated[SpeedIncrease | SpeedDecrease | SpeedSetting, Field(discriminator="mode")]

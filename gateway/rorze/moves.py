@@ -6,7 +6,7 @@ from contextlib import suppress
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from functools import partial
-from typing import Any
+from typing import Any, Final, cast
 
 from gateway.core.errors import (
     ControllerRefused,
@@ -14,10 +14,12 @@ from gateway.core.errors import (
     NoReply,
     NotAllowed,
     NotFound,
+    NotSent,
     restarted_in_motion,
 )
 from gateway.core.events import Event
 from gateway.core.journal.intents import OF_MOVES
+from gateway.core.lanes import Lane
 from gateway.core.move_log import new_id
 from gateway.core.move_record import RESTARTED, START_WITHIN_S, Move, MoveKind, MoveStatus
 from gateway.core.move_runs import Beginning, MoveRuns, guarded
@@ -27,21 +29,112 @@ from gateway.core.own_faults import run_each_logging
 from gateway.core.trajectories import Trajectories
 from gateway.core.verdicts import Unbegun, judge
 from gateway.core.waiting import together
-from gateway.rorze.bodies import Body, Group, MotorState, idle_bodies_of
-from gateway.rorze.calls import calls_for_body
+from gateway.rorze.alarms import calls_for_body
+from gateway.rorze.asked_body import believed
+from gateway.rorze.bodies import Body, Group, R, idle_bodies_of
+from gateway.rorze.knowledge import MotorState
 from gateway.rorze.line import Line
 from gateway.rorze.move_proof import MISSING_END_FRAME_S, MoveProof, SharedWay
-from gateway.rorze.plans import Planned
-from gateway.rorze.poll_intervals import follow_s, poll_s
+from gateway.rorze.plans import Planned, crossed_limit, target_of
 from gateway.rorze.power import ProofTooOld
+from gateway.rorze.probes import follow_s, poll_s
 from gateway.rorze.samples import BodyTrajectory
-from gateway.rorze.soft_limits import name_limits
-from gateway.rorze.start_positions import require_start_positions
+from protocols.rorze.interpolation import (
+    GetDrivenAxis,
+    GetStartPosition,
+    MoveToExtensionStart,
+    StartInterpolation,
+    TurnFinger,
+)
 from protocols.rorze.link import MoveEnded
 from protocols.rorze.moves import AbsoluteMove, RelativeMove
 from protocols.rorze.origin import CentreStallDog, OriginSearch
+from protocols.rorze.position import GetPosition
 from protocols.rorze.row import RorzeCommand
 from protocols.table import Reply
+
+OUT_OF_RANGE: Final = "0x5D"
+"""The controller's error; it does not say which range is meant."""
+
+
+async def name_limits(body: Body, command: RorzeCommand[Any], refusal: Reply | GatewayError) -> None:
+    """Name the target and the limit, where a refused move leads beyond one; only reads are sent."""
+    if not isinstance(refusal, ControllerRefused) or refusal.error_code != OUT_OF_RANGE:
+        return
+    try:
+        here, _ = await body.ask(GetPosition())
+        target = await target_of(body, command, here.pulses)
+        crossed = None if target is None else await crossed_limit(body, target)
+    except GatewayError:
+        return  # the refusal stands, with the controller's own words
+    if crossed is None:
+        return
+    refusal.reword("body.beyond-limits", body=body.address, code=refusal.command_code, beyond=crossed.said)
+
+
+FROM_TOLD_POSITIONS: Final = (StartInterpolation, MoveToExtensionStart, TurnFinger)
+
+
+class PreparationOutdated(GatewayError):
+    """An interpolated move was prepared for other positions than those in which the axes stand."""
+
+    kind = "preparation-outdated"
+
+
+async def require_start_positions(
+    target: Body | Group, command: RorzeCommand[Any], positions: Mapping[Body, int]
+) -> None:
+    """See that an interpolated move was prepared for where the axes stand, in pulses (HCD, HPD).
+
+    Every controller that is asked to move must hold the position of each axis that moves.
+
+    :raises PreparationOutdated: one does not, or was told positions after its preparation.
+    :raises ControllerRefused, NotSent: one did not tell.
+    """
+    if not isinstance(command, FROM_TOLD_POSITIONS):
+        return
+    if isinstance(command, StartInterpolation):
+        _require_prepared(positions)
+    try:
+        for body, driven in (await _of_all(target, GetDrivenAxis())).items():
+            told = await _of_all(target, GetStartPosition(axis=driven.axis))
+            for controller, start in told.items():
+                if start.pulses != positions[body]:
+                    raise _outdated(
+                        f"{controller.address} was told that axis {driven.axis} stands at {start.pulses}, "
+                        f"and {body.address} stands at {positions[body]}"
+                    )
+    except NoReply as error:
+        raise NotSent(
+            f"{target.address} did not tell what its move was prepared for; the move was not sent.",
+            error.remedy,
+        ) from None
+
+
+def _require_prepared(bodies: Mapping[Body, int]) -> None:
+    for body in bodies:
+        if body.prepared.is_prepared is False:
+            raise _outdated(
+                f"Nobody has prepared {body.address} since it was told positions, moved or lost its power"
+            )
+
+
+async def _of_all(target: Body | Group, question: RorzeCommand[R]) -> dict[Body, R]:
+    async def ask() -> dict[Body, R]:
+        if isinstance(target, Body):
+            return {target: (await target.ask(question, lane=Lane.VERIFY))[0]}
+        replies = await target.ask(question, lane=Lane.VERIFY)
+        for reply in replies.values():
+            if isinstance(reply, GatewayError):
+                raise reply
+        return cast("dict[Body, R]", replies)
+
+    return await believed(target.line, ask)
+
+
+def _outdated(why: str) -> PreparationOutdated:
+    return PreparationOutdated.worded("preparation.outdated", why=why)
+
 
 SET_UP_AGAIN_S = 60.0
 """Where ends of moves are not announced, the link master is told to do so no more often than this."""
@@ -129,14 +222,10 @@ class Moves(MoveRuns[Body, Move]):
         return self._tell(f"body.move.{news}", who, move)
 
     def _claim(self, who: Body, move: Move, /) -> None:
-        who.move = move
-        who.line.followed += 1
-        who.free.clear()
+        who.claim(move)
 
     def _free(self, who: Body) -> None:
-        who.move = who.trajectory = None
-        who.line.followed -= 1
-        who.free.set()
+        who.release()
         run_each_logging(
             "the end of a trajectory", partial(self._on_trajectory, who)
         )  # the body is free once
@@ -194,8 +283,9 @@ class Moves(MoveRuns[Body, Move]):
                 proof.body.was_set_going(run.command)
                 self.advance(proof.body, proof.move, MoveStatus.SENT)
                 run.on_sent(proof.move)
-                proof.body.trajectory = BodyTrajectory(proof.body, proof.move, run.command, at)
-                self.trajectories.begin(proof.move.id, proof.body.trajectory)
+                trajectory = BodyTrajectory(proof.body, proof.move, run.command, at)
+                proof.body.motion.trace(trajectory)
+                self.trajectories.begin(proof.move.id, trajectory)
                 self._on_trajectory(proof.body)
 
         target = run.target
@@ -209,7 +299,7 @@ class Moves(MoveRuns[Body, Move]):
     def _reply(self, body: Body, move: Move, result: "Reply | GatewayError") -> None:
         if isinstance(result, ControllerRefused):
             if move.status is MoveStatus.SENT:
-                body.refused()
+                body.was_refused()
             asked_itself = result.address in (move.body_id, move.group_id)
             self.end(body, move, judge(Unbegun.REFUSED if asked_itself else Unbegun.WITHHELD, given=result))
         elif isinstance(result, NoReply):
@@ -261,7 +351,7 @@ class Moves(MoveRuns[Body, Move]):
     async def _follow_to_rest(self, proof: MoveProof) -> None:
         body, move = proof.body, proof.move
         while True:
-            announced, due = body.move_ended.is_set(), body.end_due.is_set()
+            announced, due = body.motion.announced.is_set(), body.motion.end_due.is_set()
             asked_at, set_ups = asyncio.get_running_loop().time(), body.line.set_ups
             state = await proof.running()
             if state is None:
@@ -272,15 +362,15 @@ class Moves(MoveRuns[Body, Move]):
                 break
             proof.set_ups = set_ups
             if announced:  # an earlier move's end
-                body.move_ended.clear()
+                body.motion.announced.clear()
             if due:
-                body.end_due.clear()
+                body.motion.end_due.clear()
             if move.status is MoveStatus.SENT:
                 self.advance(body, move, MoveStatus.MOVING)
             took_s = asyncio.get_running_loop().time() - asked_at
-            pause_s = WATCHED_S if body.watched else body.poll_interval_s
+            pause_s = WATCHED_S if body.motion.watched else body.poll_interval_s
             await body.end_seems_due(max(pause_s, follow_s(body.line) - took_s))
-        move.completion = "frame" if body.move_ended.is_set() else "polling"
+        move.completion = "frame" if body.motion.announced.is_set() else "polling"
         body.stands()
         self.end(body, move, await proof.at_rest(state))
         if move.completion == "polling" and move.status is not MoveStatus.LOST:
@@ -305,7 +395,7 @@ class Moves(MoveRuns[Body, Move]):
         if body.move is None:
             body.moved_unseen()
         if body.move is None or body.move.command == frame.code:
-            body.announced()
+            body.motion.end_was_announced()
 
 
 def _new(body: Body, target: Body | Group, command: RorzeCommand[Any], kind: MoveKind) -> Move:
@@ -323,7 +413,7 @@ def _new(body: Body, target: Body | Group, command: RorzeCommand[Any], kind: Mov
 
 
 def rested_at(move: Move) -> MotorState | None:
-    """What the body said before the move, as far as its record tells."""
+    """The body's state before the move, as far as its record tells."""
     return None if move.start_position is None else MotorState(0, move.start_position)
 
 
@@ -355,7 +445,7 @@ class _MoveRun:
 
 
 def kind_of(command: RorzeCommand[Any]) -> MoveKind:
-    """What kind of move a motion command makes."""
+    """The kind of move that a motion command makes."""
     if isinstance(command, RelativeMove):
         return "continuous" if command.distance == "endless" else "relative"
     if isinstance(command, AbsoluteMove):

@@ -12,14 +12,12 @@ from gateway.core.records import SentBack, example, require_same
 from gateway.core.rights import Right
 from gateway.rorze.bodies import Body
 from gateway.rorze.changes import ChangeStep, Flash, Item, SettingCodec, Wanted, as_expected, change, read
-from gateway.rorze.speed_sets import STANDARD, First, Last, numbers_of, parameters_of
+from gateway.rorze.speed_sets import STANDARD, First, Last, numbers_of, parameters_of, sets_item
 from gateway.rorze.units import Scaled
 from protocols.rorze.notation import Amount, Speed
 from protocols.rorze.patterns import (
     ChangePoint,
-    GetPattern,
     GetSpeedChange,
-    SetPattern,
     SetSpeedChange,
     SpeedChangePoint,
 )
@@ -31,8 +29,6 @@ PatternNumber = Annotated[
 ]
 POINTS: Final = range(16)
 """The speed changes that a pattern may have (SES)."""
-NOT_SET: Final = "0x47"
-"""How a pattern that was never set is refused (RC-420 manual 21)."""
 NOT_READABLE: Final = "not readable"
 _UNREADABLE: Final = {f"0x{code:02X}": NOT_READABLE for code in (*range(0x40, 0x49), 0x65)}
 """Its speed sets are not complete, or the changes do not suit them."""
@@ -76,7 +72,7 @@ class SpeedChangeRequest(SentBack):
         )
 
     def planned(self) -> SpeedChange:
-        """The same as the speed curve takes it."""
+        """The change as the speed curve takes it."""
         if self.begin is not None:
             return SpeedChange("F", self.begin, self.speed_pps)
         return SpeedChange("T", self.end or 0, self.speed_pps)
@@ -130,7 +126,7 @@ class PatternValues(
 
 
 class PatternChange(PatternSentBack, json_schema_extra=example(deceleration_set=13)):
-    """What of a pattern shall change; the rest stays as it is."""
+    """Changes of a pattern; the rest stays as it is."""
 
     acceleration_set: AnySet | None = Field(default=None, description="0-29.")
     deceleration_set: AnySet | None = Field(default=None, description="0-29.")
@@ -182,16 +178,6 @@ class PatternList(BaseModel):
 
     body_id: str
     patterns: list[Pattern] = Field(description="In the order of their numbers.")
-
-
-def sets_item(number: int) -> Item:
-    """The two speed sets that a pattern is made of."""
-    place = {"pattern": None if number == STANDARD else number}
-    codec = SettingCodec(
-        lambda reply: {"acceleration_set": reply.acceleration, "deceleration_set": reply.deceleration},
-        lambda sets: {"acceleration": sets["acceleration_set"], "deceleration": sets["deceleration_set"]},
-    )
-    return Item("speed_sets", GetPattern(**place), SetPattern, codec, place, {NOT_SET: None})
 
 
 def _point_item(number: int, point: int) -> Item:
@@ -285,7 +271,7 @@ async def alter_pattern(
 
 
 def _stays(present: Pattern, wanted: PatternValues | PatternChange) -> bool:
-    """Whether a pattern that no command can write is wanted as it is: the standard one, or one never set."""
+    """True if a pattern that no command can write is wanted as it is: the standard one, or one never set."""
     fixed = present.number == STANDARD or present.acceleration_set is None
     same = (getattr(wanted, name) in (None, getattr(present, name)) for name in PatternSets.model_fields)
     return fixed and wanted.told != {} and not wanted.changes and all(same)

@@ -1,6 +1,6 @@
 """The position table of a body: 2048 positions, read, stored and read back (RC-420 manual 13.4)."""
 
-from collections.abc import AsyncGenerator, Callable, Sequence
+from collections.abc import AsyncGenerator, Awaitable, Callable, Sequence
 from contextlib import suppress
 from datetime import UTC, datetime
 from typing import Final, NamedTuple
@@ -12,8 +12,8 @@ from gateway.core.errors import BodyBusy, CommandGarbled, GatewayError, InvalidR
 from gateway.core.move_log import new_id
 from gateway.core.readings import ProgressListener, Readings
 from gateway.core.records import Record
+from gateway.rorze.asked_body import closely, read_pulses
 from gateway.rorze.bodies import Body
-from gateway.rorze.readings import closely, read_pulses
 from protocols.rorze.flash import SavePositions
 from protocols.rorze.notation import BILLION, PositionReference
 from protocols.rorze.position_table import SetPositionEntry
@@ -216,3 +216,66 @@ async def _set(body: Body, wanted: WantedPosition) -> None:
 async def read_one(body: Body, number: int) -> TablePosition:
     """Read one position; errors as of `read_pulses`."""
     return TablePosition(number, await read_pulses(body, number))
+
+
+# a table of positions that is uploaded
+
+
+class TableUpload(Reading):
+    """Positions that are being stored in a body, or were: all are sent, then all are read back."""
+
+    count: int = Field(description="The number of positions it has.")
+    flash: bool = Field(description="Whether the whole table is to be written to flash memory, too (FPS).")
+    positions: list[NamedPosition] | None = Field(
+        None, description="As read back, once it has succeeded. Events leave them out: ask for the record."
+    )
+
+
+class TableUploads(Readings[TableUpload]):
+    """The uploads of position tables, one at a time to each body."""
+
+    record_type = TableUpload
+    noun = "table of positions"
+    doing = "being stored"
+
+    def start(
+        self,
+        body: Body,
+        wanted: Sequence[WantedPosition],
+        *,
+        flash: bool,
+        named: Callable[[Sequence[TablePosition]], Awaitable[list[NamedPosition]]],
+    ) -> TableUpload:
+        """Begin to store positions as `store` does; what is held in the end is `named`.
+
+        :raises InvalidRequest: a number comes twice, or does not exist, or a position is out of range.
+        :raises BodyBusy: positions are being stored in the body.
+        """
+        now, target = datetime.now(UTC), f"/bodies/{body.address}"
+        check(wanted)
+        self.require_none(target)
+        record = TableUpload(
+            id=new_id(now),
+            target=target,
+            controllers=[body.address],
+            controller=body.address,
+            expected=2 * len(wanted),
+            started_at=now,
+            count=len(wanted),
+            flash=flash,
+        )
+
+        async def work(progress: ProgressListener) -> None:
+            def answered() -> None:
+                if record.read < 2 * record.count:  # not what is sent again
+                    progress.has_read()
+
+            record.positions = await named(await store(body, wanted, flash=flash, answered=answered))
+
+        return self.follow(record, work)
+
+    def left_by(self, record: TableUpload, /) -> str:
+        """The changes of an upload that was broken off."""
+        if record.read >= record.count:
+            return f"all {record.count} positions were sent, and not all of them read back"
+        return f"{record.read} of {record.count} positions were sent, perhaps one more, and none read back"

@@ -5,25 +5,33 @@ stands 0, and takes its settings and its position table from flash memory. The m
 comment, in RAM only: where it still stands, the power was kept.
 """
 
+import logging
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from math import inf
-from typing import Any, Final, Literal, NamedTuple
+from typing import Any, Final, Literal, NamedTuple, Protocol
 
 from pydantic import BaseModel
 
-from gateway.core.errors import GatewayError, NotSent, PowerCycled
+from gateway.core.errors import Cancelled, ControllerRefused, GatewayError, NotSent, PowerCycled
+from gateway.core.lanes import Lane
+from gateway.rorze.asked_body import Homed, is_mark, new_mark
+from gateway.rorze.exchange import Answered, RorzeExchange
+from gateway.rorze.knowledge import RENAMING, STARTS_PROGRAM, Tell, Tracker
 from protocols.rorze.commands import COMMANDS
-from protocols.rorze.encoder import SetEncoderRatio
 from protocols.rorze.flash import SaveSettings
-from protocols.rorze.modes import SetOperatingMode
 from protocols.rorze.moves import RelativeMove
 from protocols.rorze.notation import PositionReference
 from protocols.rorze.origin import CentreStallDog, OriginSearch
-from protocols.rorze.position import SetEncoderCount, SetPosition
-from protocols.rorze.programs import RunProgram, StepProgram
+from protocols.rorze.position import SetPosition
 from protocols.rorze.row import RorzeCommand
-from protocols.rorze.status import CONTROLLER_STATUS_BITS, SetUserComment, names_of
+from protocols.rorze.status import (
+    CONTROLLER_STATUS_BITS,
+    ControllerStatus,
+    GetInformation,
+    SetUserComment,
+    names_of,
+)
 from protocols.table import Effect, Reply
 
 POWER_ON_POSITION = 0
@@ -41,13 +49,9 @@ ACKNOWLEDGE = (
 NO_SETTINGS: Final = ("UDD", "9VD")
 """Data memories change while a user program runs, and a comment may hold the mark."""
 
-Homed = Literal["yes", "no", "unknown"]
 Acknowledgement = Literal["homing", "set_position", "request"]
 
-RENAMING: Final = (SetPosition, SetEncoderCount, SetEncoderRatio, SetOperatingMode)
-"""After these the same place has another number."""
-
-_ELSEWHERE: Final = frozenset((RunProgram, StepProgram, *RENAMING))
+_ELSEWHERE: Final = frozenset((*STARTS_PROGRAM, *RENAMING))
 """After these it may stand, or say that it stands, somewhere else."""
 
 
@@ -56,7 +60,7 @@ class ProofTooOld(NotSent):
 
 
 def needs_place(command: RorzeCommand[Any]) -> bool:
-    """Whether a motion ends where a loss of power would not let it end.
+    """True if a motion ends where a loss of power would not let it end.
 
     So do moves to a position or by an entry of the position table, interpolated moves, and programs.
     """
@@ -66,7 +70,7 @@ def needs_place(command: RorzeCommand[Any]) -> bool:
         return isinstance(command.distance, PositionReference)
     if isinstance(command, OriginSearch | CentreStallDog):
         return False
-    return command.starts_motion() or isinstance(command, RunProgram | StepProgram)
+    return command.starts_motion() or isinstance(command, STARTS_PROGRAM)
 
 
 def _asks_for_setting(code: str) -> bool:
@@ -80,7 +84,7 @@ SETTINGS_READ: Final = frozenset(filter(_asks_for_setting, COMMANDS))
 
 
 class PowerMemory(BaseModel):
-    """What a gateway has to remember of a body's power over restarts."""
+    """The facts of a body's power that are kept over restarts."""
 
     comment: int
     mark: str | None
@@ -90,149 +94,87 @@ class PowerMemory(BaseModel):
 
 
 class PowerSeen(NamedTuple):
-    """What is known of a body's power before it does something."""
+    """The state of a body's power before it does something, to compare with a later one."""
 
     mark: str | None
     losses: int
 
 
 @dataclass(eq=False)
-class BodyPower:
-    """What is known of a body's power. It asks nothing and has no clock: the body notes it."""
+class PowerMark:
+    """A text in a user comment, in RAM only: where it still stands, the power was kept."""
 
     comment: int = 0
     """Number of the user comment (9VS) that holds the mark, 1-7; 0: there is no mark."""
-    needs_origin: bool = True
-    """Whether a loss of power makes its position worthless."""
-    doubts_silence: bool = False
-    """Whether each silence counts as a loss of power: nothing on the wire tells where a board keeps all."""
-    on_news: Callable[[str, dict[str, object]], None] = lambda _kind, _facts: None
-    on_memory: Callable[[], None] = lambda: None
-    """Called when there is something else to remember."""
-    homed: Homed = "unknown"
-    cycled: bool = False
-    """Whether it has lost its power, and was neither homed nor acknowledged since."""
-    certain: bool = True
-    """Whether that loss is certain."""
-    losses: int = 0
-    """Counts the losses of power that were noticed."""
-    mark: str | None = None
-    """What stands in the comment; None while none was written and read back."""
+    text: str | None = None
+    """The comment; None while none was written and read back."""
     candidate: str | None = None
-    """What is being written."""
-    mark_due: bool = True
-    """The mark is to be written or looked at."""
+    """The comment that is being written."""
+    due: bool = True
+    """True while the mark is to be written or looked at."""
     taken: bool = False
-    """The comment holds somebody's own text, or there is none."""
-    proved_at: float = -inf
-    """When it was last known to have kept its power."""
+    """True if the comment holds a user's own text, or does not exist."""
+    vouches: bool = False
+    """True if it stood already when the body was last seen at rest."""
+    saved: bool = False
+    """True if it may be in flash memory, where it proves nothing later."""
+
+    @property
+    def is_written(self) -> bool:
+        """True if it stands, or cannot be written."""
+        return self.text is not None or not self.comment or self.taken
+
+    def is_overwritten_by(self, command: RorzeCommand[Any]) -> bool:
+        """True if it proves nothing after a command."""
+        if type(command) is SaveSettings:
+            return True
+        if not isinstance(command, SetUserComment) or command.comment_number != self.comment:
+            return False
+        return command.text not in (self.text, self.candidate)
+
+    def was_written(self, text: str) -> None:
+        """It was written and read back."""
+        self.text, self.candidate, self.due, self.vouches, self.saved = text, None, False, False, False
+
+    def forget(self) -> None:
+        """It is to be written anew."""
+        self.text, self.candidate, self.due, self.taken = None, None, True, False
+
+
+@dataclass(eq=False)
+class PowerSigns:
+    """A body's answers that show a loss of power, where they do not follow from what it said before."""
+
     changed: RorzeCommand[Any] | None = None
-    """A question for a setting that was answered otherwise than before, though nobody here has changed it."""
+    """A question for a setting that was answered otherwise than before, without a command that changed it."""
+    seen: bool = False
+    """True if it was seen at rest."""
+    _silent: bool = False
     _settings: dict[str, str] = field(default_factory=dict)
-    """What settings were when they were last read, by the texts of their questions."""
+    """Settings as they were last read, by the texts of their questions."""
     _position: int | None = None
     _sure: bool = False
-    """Whether that place was read twice, or is where it was sent: one garbled digit proves nothing."""
+    """True if that place was read twice, or is where it was sent: one garbled digit proves nothing."""
     _errors: int = 0
     _errors_once: int = 0
-    """Errors of the last reading; what two readings in a row told of are `_errors`."""
-    _seen: bool = False
-    _silent: bool = False
-    _vouched: bool = False
-    _saved: bool = False
-    _was_homed: Homed | None = None
-    """In an earlier life, until its mark has shown that this is still so."""
+    """Errors of the last reading; `_errors` has those that two readings in a row told of."""
 
-    # over restarts
-
-    def memory(self) -> str:
-        """Give what is to be remembered; a mark that may be in flash memory proves nothing later."""
-        mark = None if self._saved else self.mark
-        homed = self._was_homed or self.homed
-        kept = PowerMemory(
-            comment=self.comment, mark=mark, cycled=self.cycled, certain=self.certain, homed=homed
-        )
-        return kept.model_dump_json()
-
-    def recall(self, memory: str) -> None:
-        """Go on from what was remembered; what the mark does not prove is believed when it does.
-
-        :raises ValueError: it cannot be read.
-        """
-        told = PowerMemory.model_validate_json(memory)
-        if told.comment == self.comment and self.comment:
-            self.mark, self._vouched = told.mark, True
-            self._was_homed = told.homed if told.mark else None
-        cycled = told.cycled or self.doubts_silence  # no gateway has asked it meanwhile
-        self.cycled, self.certain = cycled and self.needs_origin, told.cycled and told.certain
-        if self.cycled:
-            self.homed = "no"
-
-    @property
-    def is_vouched(self) -> bool:
-        """Whether the mark, where there is one, stood already when the body was last seen at rest.
-
-        One that was written later proves nothing of the time before.
-        """
-        return self.mark is None or self._vouched
-
-    @property
-    def is_guarded(self) -> bool:
-        """Whether a loss of power from now on shows as well as it can: by the mark, where one can be."""
-        return self.mark is not None or not self.comment or self.taken
-
-    @property
-    def seen(self) -> PowerSeen:
-        """Give what is known now, to compare with what is known later."""
-        return PowerSeen(self.mark, self.losses)
-
-    def kept_since(self, before: PowerSeen) -> bool | None:
-        """Whether it has kept its power since then, as far as is known; None where no mark vouches for it."""
-        if self.losses != before.losses:
-            return False
-        return True if before.mark is not None and self.mark == before.mark else None
-
-    # what the body notes
-
-    def note_sent(self, command: RorzeCommand[Any]) -> None:
-        """A command that is no mere read was queued, or its outcome is known."""
+    def forget_the_told(self) -> None:
+        """A command may change settings and errors."""
         self._errors = self._errors_once = 0
         self._settings.clear()
-        if type(command) is SaveSettings:
-            self._saved = True
-            self.on_memory()
-        if command.starts_motion() or command.code not in COMMANDS or type(command) in _ELSEWHERE:
-            self._position = None
 
-    def note_done(self, command: RorzeCommand[Any]) -> None:
-        """A command was executed, or may have been: what is saved to flash memory proves nothing any more."""
-        overwritten = (
-            type(command) is SetUserComment
-            and command.comment_number == self.comment
-            and command.text not in (self.mark, self.candidate)
-        )
-        if overwritten or type(command) is SaveSettings:
-            self._forget_mark()
+    def forget_place(self) -> None:
+        """It moves, or has moved."""
+        self._position = None
 
-    def _forget_mark(self) -> None:
-        self.mark, self.candidate, self.mark_due, self.taken = None, None, True, False
-        self.on_memory()
-
-    def note_position_set(self, command: SetPosition) -> None:
-        """Somebody has said where it stands; the encoder's count, too, is lost with the power."""
-        if command.position == "encoder" or not self.is_guarded:
-            return
-        if self.homed == "no":
-            self.homed = "unknown"
-        self.acknowledge("set_position")
-
-    def note_read(self, question: RorzeCommand[Any], reply: Reply) -> None:
-        """A question was answered: a setting that nobody has changed, and that differs, is a sign."""
-        if question.code in SETTINGS_READ and self.differs(question, reply):
-            self.changed, self.mark_due = question, True
+    def forget_all(self) -> None:
+        """It begins anew."""
+        self.forget_the_told()
+        self._position, self._silent, self.changed = None, False, None
 
     def differs(self, question: RorzeCommand[Any], reply: Reply) -> bool:
-        """Whether a setting is not what it was when it was first read."""
+        """True if a setting is not what it was when it was first read."""
         told = reply.written()
         return self._settings.setdefault(question.code + question.written(), told) != told
 
@@ -240,21 +182,27 @@ class BodyPower:
         """Its status was read once more: an error that was told twice was no garbled digit."""
         self._errors |= self._errors_once & bits
 
-    def note_motion(self) -> None:
-        """It moves, or has moved, by no command of this gateway."""
-        self._position = None
-
     def note_silence(self) -> None:
         """It does not answer: it may be without power."""
-        if self.doubts_silence and self._seen and not self.cycled:
-            self.lost(certain=False, why="it was out of reach")
-        self._silent = self.mark_due = True
+        self._silent = True
 
-    # the signs
+    def note_kept(self) -> None:
+        """Its mark explains the silence."""
+        self._silent = False
+
+    def note_rest(self, position: int, bits: int, target: int | None) -> None:
+        """It stands there, and that is believed, the more where it was sent there."""
+        self._sure, self._position = position in (self._position, target), position
+        lasting = bits & LASTING_ERRORS
+        self._errors, self._errors_once = lasting & (self._errors | self._errors_once), lasting
+        self.seen, self._silent = True, False
+        if self.changed is not None:  # settings count from now on
+            self.changed = None
+            self._settings.clear()
 
     def contradicts(self, position: int, bits: int, tolerance: int = 0) -> bool:
-        """Whether what a body at rest says does not follow from what it said before."""
-        back_from_silence = self._silent and self._seen and self._position is None
+        """True if what a body at rest says does not follow from what it said before."""
+        back_from_silence = self._silent and self.seen and self._position is None
         jumped = self.jumped(position, bits, tolerance) is not None
         return jumped or back_from_silence or self.changed is not None
 
@@ -267,38 +215,146 @@ class BodyPower:
         return f"{', '.join(gone)} went from its status" if gone else None
 
     def looks_switched_on(self, position: int) -> bool:
-        """Whether a body stands where one stands that was switched on, and stood elsewhere before."""
+        """True if a body stands where one stands that was switched on, and stood elsewhere before."""
         return position == POWER_ON_POSITION and self._position != POWER_ON_POSITION
 
-    def note_rest(self, position: int, bits: int, at: float, target: int | None = None) -> None:
+
+@dataclass(eq=False)
+class BodyPower(Tracker):
+    """The power of a body, as far as it is known, and what is refused where it was lost."""
+
+    mark: PowerMark = field(default_factory=PowerMark)
+    needs_origin: bool = True
+    """True if a loss of power makes its position worthless."""
+    doubts_silence: bool = False
+    """True if each silence counts as a loss of power: nothing on the wire tells where a board keeps all."""
+    on_news: Tell = lambda _kind, _facts: None
+    on_memory: Callable[[], None] = lambda: None
+    """Called when there is something else to remember."""
+    signs: PowerSigns = field(default_factory=PowerSigns)
+    homed: Homed = "unknown"
+    cycled: bool = False
+    """True if it has lost its power, and was neither homed nor acknowledged since."""
+    certain: bool = True
+    """True if that loss is certain."""
+    losses: int = 0
+    """Counts the losses of power that were noticed."""
+    proved_at: float = -inf
+    """When it was last known to have kept its power."""
+    _was_homed: Homed | None = None
+    """In an earlier life, until its mark has shown that this is still so."""
+
+    # over restarts
+
+    def memory(self) -> str:
+        """Give what is to be remembered; a mark that may be in flash memory proves nothing later."""
+        mark = None if self.mark.saved else self.mark.text
+        homed = self._was_homed or self.homed
+        kept = PowerMemory(
+            comment=self.mark.comment, mark=mark, cycled=self.cycled, certain=self.certain, homed=homed
+        )
+        return kept.model_dump_json()
+
+    def recall(self, memory: str) -> None:
+        """Go on from what was remembered; what the mark does not prove is believed when it does.
+
+        :raises ValueError: it cannot be read.
+        """
+        told = PowerMemory.model_validate_json(memory)
+        if told.comment == self.mark.comment and self.mark.comment:
+            self.mark.text, self.mark.vouches = told.mark, True
+            self._was_homed = told.homed if told.mark else None
+        cycled = told.cycled or self.doubts_silence  # no gateway has asked it meanwhile
+        self.cycled, self.certain = cycled and self.needs_origin, told.cycled and told.certain
+        if self.cycled:
+            self.homed = "no"
+
+    @property
+    def is_vouched(self) -> bool:
+        """True if the mark, where there is one, stood already when the body was last seen at rest.
+
+        One that was written later proves nothing of the time before.
+        """
+        return self.mark.text is None or self.mark.vouches
+
+    @property
+    def seen(self) -> PowerSeen:
+        """Give what is known now, to compare with what is known later."""
+        return PowerSeen(self.mark.text, self.losses)
+
+    def kept_since(self, before: PowerSeen) -> bool | None:
+        """True if it has kept its power since then, as far as is known; None where no mark vouches for it."""
+        if self.losses != before.losses:
+            return False
+        return True if before.mark is not None and self.mark.text == before.mark else None
+
+    # what it hears
+
+    def sent(self, command: RorzeCommand[Any], *, is_known: bool) -> None:
+        """Settings and errors may change, and some commands let it stand elsewhere."""
+        self.signs.forget_the_told()
+        if type(command) is SaveSettings:
+            self.mark.saved = True
+            self.on_memory()
+        if command.starts_motion() or not is_known or type(command) in _ELSEWHERE:
+            self.signs.forget_place()
+
+    def done(self, command: RorzeCommand[Any], *, certain: bool) -> None:
+        """A mark that is saved to flash memory proves nothing any more."""
+        if self.mark.is_overwritten_by(command):
+            self._forget_mark()
+        if certain and type(command) is SetPosition:
+            self._was_placed(command)
+
+    def _forget_mark(self) -> None:
+        self.mark.forget()
+        self.on_memory()
+
+    def _was_placed(self, command: SetPosition) -> None:
+        """A caller has said where it stands; the encoder's count, too, is lost with the power."""
+        if command.position == "encoder" or not self.mark.is_written:
+            return
+        if self.homed == "no":
+            self.homed = "unknown"
+        self.acknowledge("set_position")
+
+    def replied(self, question: RorzeCommand[Any], reply: Reply, at: float) -> None:  # noqa: ARG002
+        """A setting that differs without a command is a sign."""
+        if question.code in SETTINGS_READ and self.signs.differs(question, reply):
+            self.signs.changed, self.mark.due = question, True
+        if type(reply) is ControllerStatus and reply.bits is not None:
+            self.signs.note_status(reply.bits)
+
+    def may_move(self) -> None:
+        """The mark is to be looked at."""
+        self.mark.due = True
+
+    def silent(self) -> None:
+        """It may be without power."""
+        if self.doubts_silence and self.signs.seen and not self.cycled:
+            self.lost(certain=False, why="it was out of reach")
+        self.signs.note_silence()
+        self.mark.due = True
+
+    def rests(self, position: int, bits: int, at: float, target: int | None = None) -> None:
         """It stands there, and that is believed, the more where it was sent there."""
-        self._sure, self._position = position in (self._position, target), position
-        lasting = bits & LASTING_ERRORS
-        self._errors, self._errors_once = lasting & (self._errors | self._errors_once), lasting
-        self._seen, self._silent = True, False
-        self._forget_settings()
-        self._vouched = self.mark is not None
-        if self.mark is None:
+        self.signs.note_rest(position, bits, target)
+        self.mark.vouches = self.mark.text is not None
+        if self.mark.text is None:
             self.proved_at = at
 
     # the verdict
 
-    def note_marked(self, mark: str) -> None:
+    def was_marked(self, text: str) -> None:
         """A mark was written and read back."""
-        self.mark, self.candidate, self.mark_due, self._vouched = mark, None, False, False
-        self._saved = False
+        self.mark.was_written(text)
         self.on_memory()
 
-    def _forget_settings(self) -> None:
-        """What is read from now on counts, where it was not as before."""
-        if self.changed is not None:
-            self.changed = None
-            self._settings.clear()
-
-    def note_kept(self, at: float) -> None:
+    def was_kept(self, at: float) -> None:
         """Its mark stands."""
-        if self._vouched:
-            self.proved_at, self._silent = at, False
+        if self.mark.vouches:
+            self.proved_at = at
+            self.signs.note_kept()
         if self._was_homed is not None:
             self.homed, self._was_homed = self._was_homed, None
 
@@ -308,14 +364,12 @@ class BodyPower:
         self.homed, self.cycled, self.certain = "no", self.needs_origin, certain
         self._was_homed = None
         self._forget_mark()
-        self._position, self._errors, self._errors_once, self._silent = None, 0, 0, False
-        self.changed = None
-        self._settings.clear()
+        self.signs.forget_all()
         self.on_news("body.power_cycled", {"certain": certain, "why": why})
 
     def found_origin(self) -> None:
         """An origin search has ended well."""
-        if not self.is_guarded:
+        if not self.mark.is_written:
             return
         self.homed, self._was_homed = "yes", None
         self.acknowledge("homing")
@@ -356,3 +410,142 @@ class BodyPower:
                 "Try again.",
             )
         return refusal
+
+
+# the mark, written and read
+
+log = logging.getLogger(__name__)
+
+TRIES = 3
+"""Attempts to write a mark that is not found again as it was written."""
+
+
+class MarkedBody(Protocol):
+    """A body, as far as its mark is concerned."""
+
+    power: BodyPower
+
+    @property
+    def address(self) -> str:
+        """Its unique address."""
+
+    @property
+    def on_news(self) -> Callable[[str, dict[str, object]], None]:
+        """Called with what happens to it: the kind of event, and its data."""
+
+    async def ask(self, command: RorzeCommand[Any], *, lane: Lane | None = None) -> tuple[Any, Answered]:
+        """Send a command and give its reply."""
+
+    def drop(self, unwanted: Callable[[RorzeExchange], bool], reason: GatewayError) -> None:
+        """Take commands out of its queue."""
+
+
+class _StandsAlready(Cancelled):
+    """Another has written the mark meanwhile."""
+
+    def __init__(self) -> None:
+        super().__init__("The mark stands already; nothing was sent.")
+
+
+class Mark:
+    """Writes the mark of one body, and looks at it."""
+
+    def __init__(self, body: MarkedBody) -> None:
+        self._body = body
+
+    async def stands(self, lane: Lane) -> bool | None:
+        """True if it proves that the body has kept its power; None where there is no mark.
+
+        One reading proves that it stands, two equal ones that it does not.
+
+        :raises GatewayError: the body did not tell.
+        """
+        power = self._body.power
+        mark = power.mark.text
+        if mark is None:
+            return None
+        before, (text, at) = None, await self._read(lane)
+        while text not in (mark, before):
+            before, (text, at) = text, await self._read(lane)
+        if power.mark.text != mark:  # renewed meanwhile
+            return None
+        if text == mark:
+            power.was_kept(at)
+        else:
+            power.lost(certain=True)
+        return text == mark
+
+    async def tend(self, lane: Lane) -> None:
+        """See that it still stands, or write one, behind everything that people want.
+
+        :raises GatewayError: the body did not tell, or take it.
+        """
+        power = self._body.power
+        power.mark.due = False
+        try:
+            if await self.stands(lane) is None:
+                await self.ensure(lane)
+        except GatewayError:
+            power.mark.due = True
+            raise
+
+    async def ensure(self, lane: Lane) -> None:
+        """Write one where there is none, unless the comment holds somebody's own text.
+
+        :raises GatewayError: the body did not tell, or take it.
+        """
+        power = self._body.power
+        if power.mark.is_written or await self._is_taken(lane):
+            return
+        for _ in range(TRIES):
+            if not power.mark.is_written:  # another may have been quicker
+                await self._write(lane)
+        if not power.mark.is_written:
+            raise NotSent(
+                f"{self._body.address} did not keep a mark in user comment {power.mark.comment}, by which a "
+                "loss of power would be seen; nothing was moved.",
+                "Try again.",
+            )
+
+    async def _write(self, lane: Lane) -> None:
+        """Write a mark, and accept it when it is found again; all who write one now write the same."""
+        body, power = self._body, self._body.power
+        candidate = power.mark.candidate = power.mark.candidate or new_mark()
+        written = SetUserComment(comment_number=power.mark.comment, text=candidate)
+        try:
+            await body.ask(written, lane=lane)
+        except _StandsAlready:
+            return
+        text, _ = await self._read(lane)
+        if power.mark.text is None and written.text == power.mark.candidate == text:
+            power.was_marked(text)
+            # A copy that still waits would hide a loss of power.
+            body.drop(self._is_a_copy, _StandsAlready())
+
+    def _is_a_copy(self, exchange: RorzeExchange) -> bool:
+        row = exchange.command
+        if not isinstance(row, SetUserComment) or row.comment_number != self._body.power.mark.comment:
+            return False
+        return bool(row.text) and is_mark(row.text)
+
+    async def _is_taken(self, lane: Lane) -> bool:
+        """True if the comment is somebody's own; a single garbled reading does not count."""
+        try:
+            found, _ = await self._read(lane)
+            if is_mark(found) or found != (await self._read(lane))[0]:
+                return False
+            why = f"User comment {self._body.power.mark.comment} of {self._body.address} holds {found!r}."
+        except ControllerRefused as refusal:
+            why = refusal.detail
+        detail = f"{why} The gateway writes no mark there, so a loss of power is told by its signs only."
+        log.warning("%s", detail)
+        self._body.power.mark.taken = True
+        self._body.on_news(
+            "body.power_mark.missing", {"comment": self._body.power.mark.comment, "detail": detail}
+        )
+        return True
+
+    async def _read(self, lane: Lane) -> tuple[str, float]:
+        question = GetInformation(comment_number=self._body.power.mark.comment)
+        reply, answer = await self._body.ask(question, lane=lane)
+        return reply.text, answer.at

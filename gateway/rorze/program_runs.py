@@ -16,9 +16,9 @@ from gateway.core.own_faults import restart_after_faults
 from gateway.core.records import Record, request_id_field
 from gateway.core.works import CutOff
 from gateway.rorze.bodies import Body
-from gateway.rorze.endless_programs import EndlessPrograms
+from gateway.rorze.body_states import BodyNews
 from gateway.rorze.power import PowerSeen
-from gateway.rorze.stored_program import RUNS, addresses, as_written, instruction_at, runs
+from gateway.rorze.stored_program import RUNS, EndlessPrograms, addresses, as_written, instruction_at, runs
 from protocols.rorze.programs import (
     AddressReply,
     GetProgramAddress,
@@ -76,7 +76,7 @@ class ProgramRun(Record):
 
 
 class ProgramState(Record):
-    """What a body says of its user program now, and the last run that the gateway has started."""
+    """A body's answer about its user program, and the last run that the gateway has started."""
 
     body_id: str
     running: bool
@@ -114,7 +114,7 @@ class ProgramRuns(DurableJobs[ProgramRun]):
         self._find_body = find_body
         self._endless = endless
         self._before: dict[str, PowerSeen] = {}
-        """What was known of the power of each body, by address, before its run that is not over."""
+        """The state of each body's power before its run that is not over, by address."""
 
     async def start(self, body: Body, command: RunProgram | StepProgram) -> ProgramRun:
         """Run a program, or one instruction of it.
@@ -167,12 +167,12 @@ class ProgramRuns(DurableJobs[ProgramRun]):
         body.require_power(command)
         if body.line.gate.epoch(body.number) != epoch:
             raise body.line.gate.overtaken(body.number)
-        body.in_program, body.went_silent = True, False
+        body.life.hear(BodyNews.PROGRAM)
         self._before[body.address] = body.power.seen
         try:
             await self._sent(body, command)
         except BaseException:
-            body.in_program = False
+            body.life.hear(BodyNews.PROGRAM_OVER)
             raise
 
     @staticmethod
@@ -262,7 +262,7 @@ class ProgramRuns(DurableJobs[ProgramRun]):
                 f"{body.address} tells of a normal end at address {at.address}, where no END stands: it "
                 "seems to have lost its power."
             )
-        if body.went_silent and body.power.kept_since(self._before[body.address]) is None:
+        if body.life.was_silent and body.power.kept_since(self._before[body.address]) is None:
             return (
                 f"{body.address} was out of reach and may have lost its power: no mark proves that it has "
                 "kept it, and it tells of a normal end after a loss of power, too."
@@ -276,7 +276,7 @@ class ProgramRuns(DurableJobs[ProgramRun]):
         if run.status != "running":
             return
         run.ended_at, run.detail = datetime.now(UTC), why_unknown
-        body.in_program = False
+        body.life.hear(BodyNews.PROGRAM_OVER)
         if why_unknown is not None:
             run.status = "unknown"
         else:
@@ -291,7 +291,7 @@ class ProgramRuns(DurableJobs[ProgramRun]):
             run.status, run.detail, run.ended_at = "unknown", f"{why.what}.", datetime.now(UTC)
             self.tell("ended", run)
             return
-        body.in_program = body.went_silent = True
+        body.life.hear(BodyNews.CUT_OFF)
         self._before[body.address] = body.power.seen
         with acting(RESTART):
             self._see_through(body, run, self._take_over)

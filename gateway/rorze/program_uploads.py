@@ -26,12 +26,10 @@ from gateway.core.move_log import new_id
 from gateway.core.records import Record, request_id_field
 from gateway.core.sequence_lock import Series
 from gateway.core.works import GATEWAY_ENDED, CutOff
+from gateway.rorze.asked_body import closely
 from gateway.rorze.bodies import Body
-from gateway.rorze.endless_programs import EndlessPrograms
-from gateway.rorze.errors import ProgramDiffers, SaveUncertain
-from gateway.rorze.exchange import RorzeExchange
-from gateway.rorze.readings import closely
-from gateway.rorze.stored_program import instruction_at, runs
+from gateway.rorze.exchange import ProgramDiffers, RorzeExchange, SaveUncertain
+from gateway.rorze.stored_program import EndlessPrograms, instruction_at, runs
 from protocols.rorze.flash import EraseFlash, LoadProgram, SaveProgram
 from protocols.rorze.programs import STEPS, AddProgramInstruction, ClearProgram, GetLastProgramAddress
 from protocols.rorze.user_program.assembler import Assembled
@@ -41,20 +39,20 @@ T = TypeVar("T")
 
 HISTORY = 100
 BLOCK = 2
-"""So many instructions are sent in one turn of the body's lock: then waiting reads have theirs.
+"""Instructions sent in one turn of the body's lock: then waiting reads have theirs.
 
 At 9600 baud, with a fence before each, that takes 0.1 s.
 """
 WRITTEN_DOWN = 16
 """The intents of so many instructions are written down at once: a disk for each would let the line rest."""
 ATTEMPTS = 3
-"""What is proved not to be stored is sent again, so often in all; what was refused may have been garbled."""
+"""Attempts to send an instruction that is proved not to be stored; a refused one may have been garbled."""
 PROGRESS_S = 1.0
 """Progress is told at most this often."""
 CANCELLED_WITHIN_S = 10.0
 
 KEPT_OUT = (ClearProgram, AddProgramInstruction, LoadProgram, SaveProgram, EraseFlash)
-"""What would divide an upload, besides everything that moves the motor or runs a program."""
+"""Commands that would divide an upload, besides all that move the motor or run a program."""
 
 FLASH_AS_IT_WAS = "Flash memory is as it was."
 
@@ -119,7 +117,7 @@ class _Work:
     program: Assembled
     record: ProgramUpload
     epoch: int
-    """Of the body at its beginning: a stop ends it."""
+    """Stop epoch of the body at its beginning: a stop ends it."""
     series: Series | None = None
     unwanted: bool = False
     """Somebody has asked to cancel it."""
@@ -195,11 +193,11 @@ class ProgramUploads(DurableJobs[ProgramUpload]):
             )
 
     def is_under_way(self, body: Body) -> bool:
-        """Whether a program is being uploaded to a body."""
+        """True if a program is being uploaded to a body."""
         return body in self._current
 
     def keeps_out(self, body: Body, exchange: RorzeExchange) -> bool:
-        """Whether an exchange would divide the upload to a body."""
+        """True if an exchange would divide the upload to a body."""
         work = self._current.get(body)
         if work is None or (exchange.series is not None and exchange.series is work.series):
             return False
@@ -432,7 +430,7 @@ async def _require_same(work: _Work, address: int) -> None:
 
 
 def _left_at_the_end(record: ProgramUpload) -> str:
-    """What a body holds of an upload that the gateway has left: the record may be behind by a second."""
+    """The content of a body whose upload the gateway has left: the record may be behind by a second."""
     if record.phase != "writing":
         return f"When the gateway ended: {_stored(record, unsure=True)}"
     some = f"{record.written} of {record.instructions} instructions"
@@ -440,7 +438,7 @@ def _left_at_the_end(record: ProgramUpload) -> str:
 
 
 def _stored(record: ProgramUpload, *, unsure: bool) -> str:
-    """What a body holds when an upload ends in its present phase."""
+    """The content of a body when an upload ends in its present phase."""
     flash = FLASH_AS_IT_WAS
     whole = f"RAM holds the program: {record.instructions} instructions"
     match record.phase:

@@ -69,7 +69,7 @@ class BodyTrajectory(Trajectory[int]):
         self._settings = body.settings
         self._plan: Planned | str | None = None
         self.work_out: Callable[[], Awaitable[Planned]] | None = None
-        """Of an axis that goes along a path with others: what works out its plan."""
+        """Works out the plan of an axis that goes along a path with others."""
 
     async def plan(self) -> Planned | str:
         """Work out the plan by the settings that the move was made with, or say why there is none.

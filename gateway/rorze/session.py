@@ -2,6 +2,7 @@
 
 import random
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
 from functools import cache
 from itertools import cycle
 from math import inf
@@ -12,9 +13,7 @@ from gateway.core.exchange import RememberedReply
 from gateway.core.lanes import STOPS, Lane
 from gateway.core.session import READ_REPEATS as READ_REPEATS
 from gateway.core.session import Awaited, Session, Settle
-from gateway.rorze.errors import is_evasive
-from gateway.rorze.exchange import ReplyFrame, RorzeExchange
-from gateway.rorze.readings import CLEAN_AFTER_S
+from gateway.rorze.exchange import CLEAN_AFTER_S, ReplyFrame, RorzeExchange, is_evasive
 from gateway.texts import Text
 from protocols.rorze.errors import lookup
 from protocols.rorze.link import GroupAnswer, Refusal, encode
@@ -24,9 +23,9 @@ from protocols.rorze.row import LAST_BODY, LINK_MASTER, RorzeCommand
 
 REPLIES_REMEMBERED = 32
 STOP_REPLY_BYTES = 24
-"""Of the reply to a stop, and of the message that a move has ended."""
+"""Bytes of the reply to a stop, and of the message that a move has ended."""
 GROUP_REPLY_BYTES, MEMBER_REPLY_BYTES = 8, 8
-"""Of a group's reply to a stop, and of each member's part in it, where some members were moving."""
+"""Bytes of a group's reply to a stop, and of each member's part in it, where some members were moving."""
 NONCES = 2048
 """Position entries a fence can ask for. All take their turn, so that no late echo is the next fence's own."""
 SILENT_BODIES = 3
@@ -39,6 +38,111 @@ STRICT_S = 3600.0
 
 EVASIVE_S = 2.0
 """A body whose only answer for this time is @4C is not there; flash commands take 1.5 s (decision 61)."""
+
+
+class Presence:
+    """The bodies of a line that answer, and those that do not, or refuse all they are asked."""
+
+    def __init__(self, offline: set[int]) -> None:
+        self.offline = offline
+        """The bodies that are not asked any more, but by probes."""
+        self.silent: set[int] = set()
+        """The offline bodies, and one that seems to be silent while the line is still being fenced."""
+        self.answered_late: set[int] = set()
+        """The bodies that were called silent last, and answered before they were given up."""
+        self.mute: set[int] = set()
+        """The bodies that did not answer their last stop."""
+        self.on_online: Callable[[int], None] = lambda _body: None
+        self.on_offline: Callable[[int, bool], None] = lambda _body, _asked: None
+        """Called with a body that counts as silent, and True if it was asked itself."""
+        self._heard_at: dict[int, float] = {}
+        self._evasive_since: dict[int, float] = {}
+        self._refused_fence: dict[int, int | None] = {}
+        """The error with which each body has refused its last fences."""
+
+    def heard_at(self, body: int) -> float | None:
+        """When a body last answered, in the event loop's time; not as a member of a group."""
+        return self._heard_at.get(body)
+
+    @property
+    def last_heard_at(self) -> float:
+        """Time of the last answer of any body; a group's answer is that of its members."""
+        return max((at for body, at in self._heard_at.items() if body != LINK_MASTER), default=-inf)
+
+    def latest_first(self, bodies: Iterable[int]) -> list[int]:
+        """Order bodies by how well they can witness that the line still works."""
+        return sorted(
+            bodies, key=lambda body: (body not in self.mute, self._heard_at.get(body, -inf)), reverse=True
+        )
+
+    def answered(self, body: int, now: float, *, fence: bool) -> None:
+        """A body has answered what it was asked."""
+        self._heard_at[body] = now
+        if fence:
+            self._refused_fence.pop(body, None)
+
+    def evades(self, body: int, now: float) -> bool:
+        """True if @4C has been its only answer for so long that it is not there."""
+        return now - self._evasive_since.setdefault(body, now) >= EVASIVE_S
+
+    def is_there(self, body: int) -> None:
+        """It has told something, alone or as the member of a group."""
+        self._evasive_since.pop(body, None)
+        self.mute.discard(body)
+        if body in self.silent or body in self.offline:
+            if body not in self.offline:
+                self.answered_late.add(body)
+            self.offline.discard(body)
+            self.silent.discard(body)
+            self.on_online(body)
+
+    def call_silent(self, body: int, *, asked: bool) -> None:
+        """It does not answer; `asked`: it was asked itself."""
+        if body not in self.silent:
+            self.silent.add(body)
+            self.answered_late.discard(body)
+            self.on_offline(body, asked)
+
+    def note_refused_fence(self, body: int, error: int | None) -> None:
+        """It has refused a fence."""
+        self._refused_fence[body] = error
+
+    def fence_begins(self, body: int) -> None:
+        """It is asked a fence: earlier refusals of fences do not count."""
+        self._refused_fence.pop(body, None)
+
+    def offline_error(self, body: int) -> BodyOffline:
+        """The error of a request to a body that does not answer, or refuses whatever it is asked."""
+        if body not in self._refused_fence:
+            return BodyOffline.worded("body.offline", body=f"{body:02X}")
+        error = self._refused_fence[body]
+        refused = lookup(error)
+        return BodyOffline.worded(
+            "body.refuses-questions",
+            body=f"{body:02X}",
+            code="" if error is None else f" (error {error:02X}h)",
+            refusal=Text(refused.en, refused.ja),
+            remedy=Text(refused.remedy_en, refused.remedy_ja),
+        )
+
+    def break_off(self) -> None:
+        """The port has gone: only probes find out from now on which bodies are there."""
+        self.mute.clear()
+        self._evasive_since.clear()
+        self.offline |= self.silent
+
+
+@dataclass
+class Witness:
+    """The body that the fences of a line ask, in the place of others that are a group or dead."""
+
+    target: int = 0
+    """The target whose copies the fence rules out."""
+    body: int = 0
+    in_silence: int = 0
+    """Bodies that were fenced in vain since a byte was heard."""
+    was_clean: bool = True
+    """True if the line had no error when it lost its step."""
 
 
 class RorzeSession(Session[RorzeExchange, ReplyFrame]):
@@ -70,39 +174,23 @@ class RorzeSession(Session[RorzeExchange, ReplyFrame]):
         self.scheduler.members = self.groups
         self.byte_time_s = 0.0
         self.introducer = introducer
-        self.silent: set[int] = set()
-        """Those, and the one that seems to be silent while the line is still being fenced."""
-        self.answered_late: set[int] = set()
-        """Those who were called silent last, and answered before they were given up."""
-        self.mute: set[int] = set()
-        """Those who did not answer their last stop."""
+        self.presence = Presence(self.offline)
         self.others_prove: Callable[[int], bool] = lambda _body: False
         """Asked with a body: have others, who answer, yet to tell whether their stops have worked?"""
         self.last_error_at: float | None = None
-        self.on_online: Callable[[int], None] = lambda _body: None
-        self.on_offline: Callable[[int, bool], None] = lambda _body, _asked: None
-        """Called with a body that counts as silent; was it asked itself, or is nobody heard at all?"""
         self.on_strict: Callable[[bool], None] = lambda _on: None
         """Called when acknowledgements begin to be bracketed by fences, and when that is over."""
         self.on_given_up: Callable[[], None] = lambda: None
         """Called when a body is not asked any more, but by probes."""
         dice = rng or random.Random()  # noqa: S311  # against mix-ups, not against people
-        self._questions = _questions()
-        self._nonces = cycle(dice.sample(range(NONCES), NONCES))
-        self._fence_for = self._fence_body = 0
-        """Whose copies the fence rules out, and who is asked: others stand for groups and the dead."""
-        self._fenced_in_silence = 0
+        order = dice.sample(range(NONCES), NONCES)
+        self._questions = map(_questions().__getitem__, cycle(order))
+        self._witness = Witness()
         self._fenced: set[int] = set()
-        """Who has said nothing since a fence."""
+        """The bodies that have said nothing since a fence."""
         self._last: dict[int, ReplyFrame] = {}
-        """What each has said last."""
+        """The last reply of each body."""
         self._strict_until: float | None = None
-        self._was_clean = True
-        """When it lost its step."""
-        self._heard_at: dict[int, float] = {}
-        self._evasive_since: dict[int, float] = {}
-        self._refused_fence: dict[int, int | None] = {}
-        """With which error a body has refused its last fences."""
 
     # what goes next
 
@@ -128,14 +216,14 @@ class RorzeSession(Session[RorzeExchange, ReplyFrame]):
 
     def self_identifying_read(self, body: int) -> RorzeExchange:
         """Build a read whose reply nothing else can be mistaken for: its number is used once in 2048."""
-        exchange = self.exchange(body, self._questions[next(self._nonces)], Lane.READ)
+        exchange = self.exchange(body, next(self._questions), Lane.READ)
         exchange.self_identifying = True
         exchange.repeats = 0
         return exchange
 
     def fence_query(self) -> RorzeExchange:
         """Ask the witness for a position entry: its number comes back."""
-        return self.self_identifying_read(self._fence_body)
+        return self.self_identifying_read(self._witness.body)
 
     def put_first(self, exchange: RorzeExchange) -> None:
         """Queue an exchange of the line's own set-up ahead of everything but stops and fences."""
@@ -160,11 +248,13 @@ class RorzeSession(Session[RorzeExchange, ReplyFrame]):
 
     def holds_up(self, sent: RorzeExchange) -> bool:
         """Only a link that takes one frame at a time has to wait for what the dead do not say."""
-        return not (self.interject_stops and (sent.target in self.offline or sent.target in self.mute))
+        return not (
+            self.interject_stops and (sent.target in self.offline or sent.target in self.presence.mute)
+        )
 
     def must_choose(self) -> bool:
         """Nothing else keeps it while all answer."""
-        return bool(self._sent or self.mute)
+        return bool(self._sent or self.presence.mute)
 
     def may_follow(self, exchange: RorzeExchange) -> bool:
         """Replies have no numbers: of equal body and code there is one under way.
@@ -176,8 +266,8 @@ class RorzeSession(Session[RorzeExchange, ReplyFrame]):
         return all(exchange.key != sent.key for sent in self._sent)
 
     def is_asked_later(self, body: int) -> bool:
-        """Whether it may be dead, and others who answer have yet to tell whether they stand."""
-        return body in self.mute and self.others_prove(body)
+        """True if it may be dead, and others who answer have yet to tell whether they stand."""
+        return body in self.presence.mute and self.others_prove(body)
 
     def wants_fence(self, exchange: RorzeExchange, now: float) -> bool:
         """Before what a copy would answer, and before what is bracketed."""
@@ -188,20 +278,20 @@ class RorzeSession(Session[RorzeExchange, ReplyFrame]):
 
     def receive(self, frame: ReplyFrame, now: float) -> Settle | None:
         """Credit a reply; None if it ends no exchange."""
-        self._fenced_in_silence = 0
+        self._witness.in_silence = 0
         self._fenced.discard(frame.body)
         if self._denies_probe(frame):
             return None
         if isinstance(frame, Refusal) and self.is_refusal_of_fence(frame) and not _evades(frame):
-            self._refused_fence[frame.body] = frame.error
+            self.presence.note_refused_fence(frame.body, frame.error)
         return super().receive(frame, now)
 
     def _denies_probe(self, frame: ReplyFrame) -> bool:
-        """Whether it says that a body is absent which is not known to be there: no trouble of the line."""
+        """True if it says that a body is absent which is not known to be there: no trouble of the line."""
         is_absent = frame.body in self.offline or frame.body not in self.bodies
         return (
             is_absent
-            and frame.body != self._fence_body
+            and frame.body != self._witness.body
             and _evades(frame)
             and self.is_refusal_of_fence(frame)
         )
@@ -222,13 +312,13 @@ class RorzeSession(Session[RorzeExchange, ReplyFrame]):
         """A body has answered: it is there, unless all it says for a while is @4C."""
         self.note_reply(exchange, frame, now)
         body = exchange.target
-        self.mute.discard(body)
+        self.presence.mute.discard(body)
         if _evades(frame) and body <= LAST_BODY:
-            self._was_evasive(body, now)
+            if self.presence.evades(body, now):
+                self._went_offline(body, asked=True)
             return
-        self._heard_at[body] = now
+        self.presence.answered(body, now, fence=exchange.self_identifying)
         if exchange.self_identifying:
-            self._refused_fence.pop(body, None)
             self._rule_out_copies(body)
         self._was_frank(frame)
 
@@ -237,27 +327,16 @@ class RorzeSession(Session[RorzeExchange, ReplyFrame]):
         answers = frame.members.values() if isinstance(frame, GroupAnswer) else (frame,)
         for answer in answers:
             if not _evades(answer):
-                self._evasive_since.pop(answer.body, None)
-                self.mute.discard(answer.body)
-                if answer.body in self.silent or answer.body in self.offline:
-                    if answer.body not in self.offline:
-                        self.answered_late.add(answer.body)
-                    self.offline.discard(answer.body)
-                    self.silent.discard(answer.body)
-                    self.on_online(answer.body)
-
-    def _was_evasive(self, body: int, now: float) -> None:
-        if now - self._evasive_since.setdefault(body, now) >= EVASIVE_S:
-            self._went_offline(body, asked=True)
+                self.presence.is_there(answer.body)
 
     def is_refusal_of_fence(self, frame: ReplyFrame) -> bool:
-        """Whether a position entry was refused."""
+        """True if a position entry was refused."""
         return isinstance(frame, Refusal) and frame.code == GetNumberedPositionEntry.code
 
     def fence_passed(self, _fence: RorzeExchange) -> None:
         """A group, or the link master, that others have stood for has said all it will."""
-        if self._fence_for > LAST_BODY:
-            self._rule_out_copies(self._fence_for)
+        if self._witness.target > LAST_BODY:
+            self._rule_out_copies(self._witness.target)
 
     def _rule_out_copies(self, body: int) -> None:
         """Nothing it has said before is on its way any more."""
@@ -266,7 +345,7 @@ class RorzeSession(Session[RorzeExchange, ReplyFrame]):
 
     def noise(self, what: str, now: float) -> None:
         """Something came that nobody can have wanted: whatever is awaited may have been it."""
-        self._fenced_in_silence = 0
+        self._witness.in_silence = 0
         self._erred(now)
         super().noise(what, now)
 
@@ -294,7 +373,7 @@ class RorzeSession(Session[RorzeExchange, ReplyFrame]):
     def deadline(self) -> float | None:
         """When the next reply is overdue, or the line has been without copies for long enough."""
         overdue = super().deadline()
-        return min((it for it in (overdue, self._strict_until) if it is not None), default=None)
+        return min((at for at in (overdue, self._strict_until) if at is not None), default=None)
 
     def pass_deadlines(self, now: float, resumes_at: float | None) -> None:
         """Give up waiting for what is overdue; `resumes_at` is set while a reply has begun and may go on."""
@@ -305,15 +384,15 @@ class RorzeSession(Session[RorzeExchange, ReplyFrame]):
     def was_missed(self, exchange: RorzeExchange, now: float) -> None:
         """The silence of a body that may well be absent tells nothing of the line."""
         is_probe = exchange.self_identifying and exchange is not self._fence.query
-        if not is_probe and exchange.target not in self.offline and exchange.target not in self.mute:
+        if not is_probe and exchange.target not in self.offline and exchange.target not in self.presence.mute:
             self._erred(now)
         if exchange.lane in STOPS and exchange.target <= LAST_BODY:
-            self.mute.add(exchange.target)
+            self.presence.mute.add(exchange.target)
 
     def _erred(self, now: float) -> None:
         """A reply was missing or garbled."""
         if self.in_step:
-            self._was_clean = self.last_error_at is None or now - self.last_error_at > CLEAN_AFTER_S
+            self._witness.was_clean = self.last_error_at is None or now - self.last_error_at > CLEAN_AFTER_S
         self.last_error_at = now
 
     # silence
@@ -321,58 +400,47 @@ class RorzeSession(Session[RorzeExchange, ReplyFrame]):
     def _lose_step(self, target: int, *, doubtful: bool = True) -> None:
         """Choose the witness: the body, or one that stands for the group or the link master."""
         super()._lose_step(target, doubtful=doubtful)
-        self._fence_for = target
-        self._fence_body, self._fenced_in_silence = self._witness_for(target), 0
-        self._refused_fence.pop(self._fence_body, None)
+        witness = self._witness
+        witness.target, witness.body, witness.in_silence = target, self._witness_for(target), 0
+        self.presence.fence_begins(witness.body)
 
     def _witness_for(self, body: int) -> int:
         if body <= LAST_BODY:
             return body
         members = self.groups.get(body, self.bodies)
-        alive = [it for it in members if it not in self.offline] or [
-            it for it in self.bodies if it not in self.offline
+        alive = [body_left for body_left in members if body_left not in self.offline] or [
+            body_left for body_left in self.bodies if body_left not in self.offline
         ]
-        return next(iter(self.latest_first(alive or members)), 0)
-
-    def heard_at(self, body: int) -> float | None:
-        """When a body last answered; not as a member of a group."""
-        return self._heard_at.get(body)
-
-    @property
-    def last_heard_at(self) -> float:
-        """When anybody but the link master last answered; a group's answer is that of its members."""
-        return max((at for it, at in self._heard_at.items() if it != LINK_MASTER), default=-inf)
-
-    def latest_first(self, bodies: Iterable[int]) -> list[int]:
-        """Order bodies by how well they can witness that the line still works."""
-        return sorted(
-            bodies, key=lambda it: (it not in self.mute, self._heard_at.get(it, -inf)), reverse=True
-        )
+        return next(iter(self.presence.latest_first(alive or members)), 0)
 
     def _fence_failed(self) -> None:
         """A body that answers neither a question nor a fence on a clean line is silent."""
-        if self._was_clean and self._suspect is not None and self._suspect.target == self._fence_body:
-            self._call_silent(self._fence_body, asked=True)
+        if (
+            self._witness.was_clean
+            and self._suspect is not None
+            and self._suspect.target == self._witness.body
+        ):
+            self.presence.call_silent(self._witness.body, asked=True)
         super()._fence_failed()
 
     def has_time(self) -> bool:
         """On a clean line who has not answered before holds nobody up who is yet to prove that he stands."""
-        body = self._fence_body
-        seems_dead = self._was_clean and (body in self.silent or body in self.mute)
+        body = self._witness.body
+        seems_dead = self._witness.was_clean and (body in self.presence.silent or body in self.presence.mute)
         return not (seems_dead and self.others_prove(body))
 
     def witness_failed(self) -> bool:
         """Take the witness for dead, and choose the one heard last of those that are not."""
-        self._fenced_in_silence += 1
-        self._went_offline(self._fence_body, asked=True)
+        self._witness.in_silence += 1
+        self._went_offline(self._witness.body, asked=True)
         alive = [body for body in self.bodies if body not in self.offline]
-        if alive and self._fenced_in_silence < SILENT_BODIES:
-            self._fence_body = self.latest_first(alive)[0]
+        if alive and self._witness.in_silence < SILENT_BODIES:
+            self._witness.body = self.presence.latest_first(alive)[0]
             return True
         for body in alive:
             self._went_offline(body, asked=False)
         # Late replies have had their time; the probes tell when somebody is back.
-        self._rule_out_copies(self._fence_for)
+        self._rule_out_copies(self._witness.target)
         return False
 
     def _went_offline(self, body: int, *, asked: bool) -> None:
@@ -380,31 +448,13 @@ class RorzeSession(Session[RorzeExchange, ReplyFrame]):
             return
         self.offline.add(body)
         self.cancel(
-            lambda it: it.target == body and it.lane not in STOPS and not it.self_identifying,
-            self.offline_error(body),
+            lambda exchange: (
+                exchange.target == body and exchange.lane not in STOPS and not exchange.self_identifying
+            ),
+            self.presence.offline_error(body),
         )
-        self._call_silent(body, asked=asked)
+        self.presence.call_silent(body, asked=asked)
         self.on_given_up()
-
-    def offline_error(self, body: int) -> BodyOffline:
-        """The error of a request to a body that does not answer, or refuses whatever it is asked."""
-        if body not in self._refused_fence:
-            return BodyOffline.worded("body.offline", body=f"{body:02X}")
-        error = self._refused_fence[body]
-        refused = lookup(error)
-        return BodyOffline.worded(
-            "body.refuses-questions",
-            body=f"{body:02X}",
-            code="" if error is None else f" (error {error:02X}h)",
-            refusal=Text(refused.en, refused.ja),
-            remedy=Text(refused.remedy_en, refused.remedy_ja),
-        )
-
-    def _call_silent(self, body: int, *, asked: bool) -> None:
-        if body not in self.silent:
-            self.silent.add(body)
-            self.answered_late.discard(body)
-            self.on_offline(body, asked)
 
     # the end
 
@@ -413,9 +463,7 @@ class RorzeSession(Session[RorzeExchange, ReplyFrame]):
         super().break_off(lost, unsent)
         self._copies.forget(LINK_MASTER)  # set up anew, maybe without bodies that could prove anything
         self._be_lenient()
-        self.mute.clear()
-        self._evasive_since.clear()
-        self.offline |= self.silent  # nobody finds out any more, but the probes
+        self.presence.break_off()
 
 
 def _evades(frame: ReplyFrame) -> bool:
@@ -425,4 +473,4 @@ def _evades(frame: ReplyFrame) -> bool:
 @cache
 def _questions() -> Sequence[GetNumberedPositionEntry]:
     """One of each number; they stand before the gateway runs, so that garbage is not looked for in them."""
-    return [GetNumberedPositionEntry(entry=PositionReference(position=it)) for it in range(NONCES)]
+    return [GetNumberedPositionEntry(entry=PositionReference(position=number)) for number in range(NONCES)]

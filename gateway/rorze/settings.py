@@ -3,21 +3,31 @@
 from collections.abc import Awaitable, Callable, Iterator, Mapping
 from functools import cache
 from operator import itemgetter
-from typing import Any, Final, TypeVar
+from typing import Annotated, Any, Final, TypeVar
 
 from pydantic import BaseModel, Field, JsonValue
 
 from gateway.core.errors import BodyBusy, ControllerRefused, InvalidRequest
 from gateway.core.operation import Expectation, Rows
-from gateway.core.records import RequestModel
+from gateway.core.records import RequestModel, SentBack, example
 from gateway.core.rights import Right
-from gateway.rorze.asked_body import AskedBody
+from gateway.rorze.asked_body import AskedBody, Homed
 from gateway.rorze.changes import ChangeStep, Flash, Item, Wanted, as_expected, change, read
-from gateway.rorze.errors import MOVING
-from gateway.rorze.settings_document import BodySettingsChange, Settings
-from gateway.rorze.settings_table import SETTINGS, BodySetting, Key
+from gateway.rorze.exchange import MOVING
+from gateway.rorze.settings_table import (
+    SETTINGS,
+    BodySetting,
+    BodySettingsChange,
+    FilteredInput,
+    HomingChange,
+    HomingSettings,
+    Key,
+    Sensor,
+    Settings,
+)
 from gateway.rorze.speed_sets import SHARES, SPEEDS
 from gateway.rorze.units import Per, Scaled
+from protocols.rorze.origin import GetHomingDistance
 from protocols.rorze.row import MODE_NAMES, ModeName
 from protocols.rorze.status import GetInformation
 
@@ -29,7 +39,7 @@ _PER: Final[Mapping[str | None, Per]] = {"pulse": "", "pps": "/s", "pps/s": "/s2
 
 
 class AboutSetting(BaseModel):
-    """What the manual says of a setting."""
+    """The manual's words on a setting."""
 
     command: str = Field(description="The code that sets it.")
     unit: str | None = Field(description="pulse, pps, pps/s, percent, ms, um, pulse/count; null for none.")
@@ -115,7 +125,7 @@ async def change_settings(
 
 @cache
 def about() -> dict[str, AboutSetting]:
-    """What the manual says of each setting, by name."""
+    """The manual's words on each setting, by name."""
     properties = Settings.model_json_schema()["properties"]
     return {name: _about(setting, properties[name]) for name, setting in SETTINGS.items()}
 
@@ -277,7 +287,7 @@ def _wanted(named: Mapping[str, Any]) -> Iterator[Wanted]:
 
 
 def _wanted_of(setting: BodySetting, item: Item, value: Any, key: Key) -> Iterator[Wanted]:
-    """What is wanted of one item, if it is named; null is a value only of what need not be set at all."""
+    """The wanted value of one item, if it is named; null is a value only where an item need not be set."""
     for part in key.split(".") if key else ():
         if value is None:
             break
@@ -308,3 +318,99 @@ async def change_body_settings(
     and nothing is sent where they are otherwise than they were.
     """
     return await change_settings(body, change, read_settings, expects, flash=flash)
+
+
+NOISE_FILTERS: Final = "noise_filters"
+Filters = dict[FilteredInput | Sensor, Annotated[int, Field(ge=1, le=99)]]
+
+
+class NoiseFilters(BaseModel):
+    """How long the level of an input or a sensor has to be another before it counts as changed."""
+
+    body_id: str
+    noise_filters: Filters = Field(
+        description="By input or sensor: equal samples, one each ms, that make a change of level."
+    )
+
+
+class NoiseFiltersChange(SentBack, json_schema_extra=example(noise_filters={"d3": 5})):
+    """Noise filters to be set; those that are not named stay as they are."""
+
+    read_only = frozenset(("body_id",))
+
+    noise_filters: Filters = Field(min_length=1, description="By input or sensor; in samples.")
+
+
+async def read_filters(body: AskedBody) -> NoiseFilters:
+    """Ask a body for all of its noise filters.
+
+    :raises GatewayError: they were not read.
+    """
+    values, _ = await read_values(body, {NOISE_FILTERS: SETTINGS[NOISE_FILTERS]})
+    return NoiseFilters(body_id=body.address, noise_filters=values[NOISE_FILTERS])
+
+
+@ROWS.get("/bodies/{body_id}/noise-filters", tagged=True)
+async def get_noise_filters(body: AskedBody) -> NoiseFilters:
+    """Ask a body for the noise filters of its inputs and sensors, one by one (DCD)."""
+    return await read_filters(body)
+
+
+@ROWS.patch("/bodies/{body_id}/noise-filters", Right.SETUP, named_only=True)
+async def change_noise_filters(
+    body: AskedBody, change: NoiseFiltersChange, *, flash: Flash = False, expects: Expectation | None
+) -> ChangedSettings:
+    """Set those of the named noise filters that differ (DCS), and read each back; refused while it moves."""
+    return await change_settings(body, change, read_filters, expects, flash=flash)
+
+
+class LastHoming(BaseModel):
+    """The outcome of the last search."""
+
+    homed: Homed
+    distance: int = Field(description="Pulses from its end back to its start (0PD); 0 after power-on.")
+    in_unit: Scaled | None
+
+
+class Homing(BaseModel):
+    """How a body searches its origin."""
+
+    body_id: str
+    settings: HomingSettings = Field(description="In RAM; the speeds are those of the standard set.")
+    in_unit: dict[str, Scaled] = Field(
+        description="Those in pulses, in the body's unit, by their names; empty without a scale."
+    )
+    overrun: int = Field(description="Pulses to overrun the sensor: the offset times the factor.")
+    last: LastHoming
+
+
+async def read_homing(body: AskedBody) -> Homing:
+    """Ask a body how it searches its origin, and how far its last search went.
+
+    :raises GatewayError: it was not read.
+    """
+    values, _ = await read_values(body, {name: SETTINGS[name] for name in HomingSettings.model_fields})
+    distance, _ = await body.ask(GetHomingDistance())
+    return Homing(
+        body_id=body.address,
+        settings=HomingSettings.model_validate(known(values)),
+        in_unit=dict(scaled(body, values)),
+        overrun=values["origin_offset"] * values["overrun_factor"],
+        last=LastHoming(
+            homed=body.power.homed, distance=distance.pulses, in_unit=Scaled.of(distance.pulses, body.scale)
+        ),
+    )
+
+
+@ROWS.get("/bodies/{body_id}/homing", tagged=True)
+async def get_homing(body: AskedBody) -> Homing:
+    """Ask a body how it searches its origin, and how far its last search went (0PD)."""
+    return await read_homing(body)
+
+
+@ROWS.patch("/bodies/{body_id}/homing", Right.SETUP, named_only=True)
+async def change_homing(
+    body: AskedBody, change: HomingChange, *, flash: Flash = False, expects: Expectation | None
+) -> ChangedSettings:
+    """Set what differs of the set-up of homing, and read it back; refused while the motor moves."""
+    return await change_settings(body, change, read_homing, expects, flash=flash)

@@ -51,7 +51,7 @@ class SignalState(BaseModel):
 
 
 class SignalReading(BaseModel):
-    """What a controller has told."""
+    """Signals as a controller has told them."""
 
     body_id: str
     read_at: datetime = Field(description="When the controller's answer came.")
@@ -88,7 +88,7 @@ class BodySensors(SignalReading):
 
 
 class OutputSwitch(SentBack, json_schema_extra=example(on=True)):
-    """What an output shall be."""
+    """A level for an output."""
 
     read_only = frozenset(("number", "name"))
 
@@ -152,14 +152,16 @@ async def get_body_inputs(body: Body) -> BodyInputs:
 async def get_body_outputs(body: Body) -> BodyOutputs:
     """Ask the controller for all sixteen outputs (COD)."""
     reply, answered = await body.ask(GetOutputs())
-    states = _states(OUTPUTS, body.output_names, reply.bits or 0)
+    states = _states(OUTPUTS, body.configured.output_names, reply.bits or 0)
     return BodyOutputs(**_reading(body, answered.at), outputs=states)
 
 
 @ROWS.put("/bodies/{body_id}/outputs/{output}", Right.OPERATE)
 async def switch_body_output(body: Body, output: Output, wanted: OutputSwitch) -> SignalState:
     """Switch an output (COS), which ends its pulse, and read it back; `not-done` where it is not as asked."""
-    wanted.require_unchanged(SignalState(number=output, name=body.output_names.get(output), on=wanted.on))
+    wanted.require_unchanged(
+        SignalState(number=output, name=body.configured.output_names.get(output), on=wanted.on)
+    )
     await body.ask(SetOutputs(bit=output, on=int(wanted.on)))
     signal = await _output(body, output)
     if signal.on is not wanted.on:
@@ -228,7 +230,7 @@ def _states(numbers: range, names: Mapping[int, str], bits: int) -> list[SignalS
 
 async def _output(body: Body, output: int) -> SignalState:
     reply, _ = await body.ask(GetOutputs(bit=output))
-    return SignalState(number=output, name=body.output_names.get(output), on=bool(reply.on))
+    return SignalState(number=output, name=body.configured.output_names.get(output), on=bool(reply.on))
 
 
 async def _error_output(body: Body, cause: Cause) -> ErrorOutputState:
@@ -237,7 +239,7 @@ async def _error_output(body: Body, cause: Cause) -> ErrorOutputState:
     return ErrorOutputState(
         cause=cause,
         output=setting.output,
-        name=None if setting.output is None else body.output_names.get(setting.output),
+        name=None if setting.output is None else body.configured.output_names.get(setting.output),
         on=None if setting.state is None else bool(setting.state),
         standing=bool(standing.on),
     )

@@ -10,15 +10,18 @@ from gateway.core.operation import Expectation, Rows
 from gateway.core.records import RequestModel, SentBack, example
 from gateway.core.rights import Right
 from gateway.rorze.asked_body import AskedBody
-from gateway.rorze.changes import ChangeStep, Flash, Item, as_expected, change, plain, read
+from gateway.rorze.changes import ChangeStep, Flash, Item, SettingCodec, as_expected, change, plain, read
 from gateway.rorze.units import Scaled
 from protocols.rorze import speeds
+from protocols.rorze.patterns import GetPattern, SetPattern
 from protocols.rorze.profile import SpeedParameters
 
 STANDARD: Final = 30
 """The set, and the pattern, that a command means when it names none (RC-420 manual 13.3.4)."""
 
 ROWS: Final = Rows("body settings")
+NOT_SET: Final = "0x47"
+"""How a pattern that was never set is refused (RC-420 manual 21)."""
 SetNumber = Annotated[
     int, Field(ge=0, le=STANDARD, description="0-29, or 30: the standard set.", examples=[12])
 ]
@@ -60,11 +63,11 @@ _ROWS: Final[dict[str, tuple[type[Any], type[Any], str]]] = {
 SPEEDS: Final = set(_ROWS)
 """The parameters of a set."""
 SHARES: Final = ("rising_percent", "falling_percent")
-"""Those of which 0 is a value."""
+"""The parameters of which 0 is a value."""
 OF_THE_SET: Final = frozenset(
     ("body_id", "number", "start_speed", "maximum_speed", "acceleration", "flash", "steps")
 )
-"""What is told of a set beside its parameters."""
+"""Facts of a speed set beside its parameters."""
 M = TypeVar("M", bound=BaseModel)
 
 
@@ -280,3 +283,13 @@ def numbers_of(first: int, last: int) -> range:
     if last < first:
         raise InvalidRequest(f"last: it is less than first, {first}; nothing was sent.")
     return range(first, last + 1)
+
+
+def sets_item(number: int) -> Item:
+    """The two speed sets that a pattern is made of."""
+    place = {"pattern": None if number == STANDARD else number}
+    codec = SettingCodec(
+        lambda reply: {"acceleration_set": reply.acceleration, "deceleration_set": reply.deceleration},
+        lambda sets: {"acceleration": sets["acceleration_set"], "deceleration": sets["deceleration_set"]},
+    )
+    return Item("speed_sets", GetPattern(**place), SetPattern, codec, place, {NOT_SET: None})

@@ -1,11 +1,11 @@
 """Software stops: sent ahead of everything, repeated, believed only when the controller stands still."""
 
 import asyncio
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from contextlib import suppress
 from functools import partial
 from math import inf
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
 
 from pydantic import Field
 
@@ -26,13 +26,14 @@ from gateway.core.stops import (
 )
 from gateway.core.stops import StopMode as StopMode
 from gateway.core.waiting import happens
-from gateway.rorze.bodies import PROGRAM_RUNS, Body, Group, R
+from gateway.rorze.bodies import Body, Group, R
+from gateway.rorze.body_states import BodyNews
 from gateway.rorze.exchange import Answered, Outcome
+from gateway.rorze.knowledge import PROGRAM_RUNS
 from gateway.rorze.line import Line
 from gateway.rorze.plans import longest_ramp_s
-from gateway.rorze.poll_intervals import is_prompt, wire_s
-from gateway.rorze.silent_lines import SilentLines, is_heard, is_quiet, is_silent, proofs_s
-from gateway.rorze.sweep import Sweep
+from gateway.rorze.probes import Sweep, is_prompt, taken_s, wire_s
+from gateway.rorze.session import SILENT_BODIES
 from gateway.texts import Text, text
 from protocols.rorze.position import GetPosition
 from protocols.rorze.profile import ProfileError
@@ -41,12 +42,125 @@ from protocols.rorze.row import RorzeCommand
 from protocols.rorze.status import GetControllerStatus
 from protocols.rorze.stops import StopDecelerating, StopImmediately
 
+QUIET_TIMEOUTS = 2
+"""Where many stops are due, a line is silent on which nobody was heard for so many times as long as a reply
+may take."""
+MORE_THAN_A_FUSE = 12
+"""Bodies that fall silent at once and do not hang on one fuse."""
+CHECK_S = 0.5
+"""A silent line is listened to this often."""
+PROOF_BYTES, PROOF_EXCHANGES = 140, 6
+"""Bytes and exchanges that stop a body and its program and see it stand, with all replies."""
+
+
+def proofs_s(line: Line, stops: int) -> float:
+    """How long it takes to stop so many bodies and to see them stand."""
+    return stops * taken_s(line, PROOF_BYTES, PROOF_EXCHANGES)
+
+
+def is_silent(line: Line) -> bool:
+    """True if nobody on a line has been heard for longer than it takes to find one body silent."""
+    return _quiet_timeouts(line) >= QUIET_TIMEOUTS + line.late_reply_s / line.reply_timeout_s
+
+
+def is_heard(line: Line) -> bool:
+    """True if somebody on a line was heard within the time of a reply."""
+    return _quiet_timeouts(line) <= 1
+
+
+def is_quiet(line: Line) -> bool:
+    """True if nobody on a line was heard for so long that it may be silent."""
+    return _quiet_timeouts(line) >= QUIET_TIMEOUTS
+
+
+def _quiet_timeouts(line: Line) -> float:
+    """For how many times as long as a reply may take nobody has been heard."""
+    now = _now()
+    return (now - line.presence.last_heard_at - line.held_since_heard_s(now)) / line.reply_timeout_s
+
+
+def _now() -> float:
+    return asyncio.get_running_loop().time()
+
+
+class SilentLines:
+    """The silent lines on which stops are not confirmed.
+
+    While a line is told, its bodies need no alarms of their own. When it has been heard for long enough,
+    each stop that is not confirmed even then is told again, as one of its body.
+    """
+
+    def __init__(self, events: EventHub, stops_on: "Callable[[Line], Sequence[_BodyStop]]") -> None:
+        self._events = events
+        self._stops_on = stops_on
+        self._told: set[asyncio.Task[None]] = set()
+
+    def may_be(self, line: Line) -> bool:
+        """True if it will be known in a moment if a line with many stops is silent."""
+        if is_heard(line) or is_silent(line):
+            return False
+        if self._many_are_due(line):
+            return not is_quiet(line)
+        return sum(stop.is_late() for stop in self._stops_on(line)) > MORE_THAN_A_FUSE
+
+    def note_overdue(self, line: Line) -> None:
+        """A stop on this line is not confirmed in time: tell the line where that is the cause."""
+        if line.tells_of_stops or not is_quiet(line) or not self._many_are_due(line):
+            return
+        line.tells_of_stops = True
+        listening = asyncio.create_task(self._listen(line), name=f"silent line {line.id}")
+        self._told.add(listening)
+        listening.add_done_callback(self._told.discard)
+        stops = self._stops_on(line)
+        bodies = list(dict.fromkeys(stop.body.address for stop in stops))
+        silent_since = max(line.presence.last_heard_at, min(stop.began_at for stop in stops))
+        facts = {"silent_s": round(_now() - silent_since, 1), "stops": len(bodies), "bodies": bodies}
+        self._events.publish("line.stops.unconfirmed", f"/lines/{line.id}", facts)
+
+    def _many_are_due(self, line: Line) -> bool:
+        """True if so many stops are due that their line is the cause, and not a fuse.
+
+        Where others live, who are not asked while the silent are fenced, it takes more of them to say so.
+        """
+        due = {stop.body.number for stop in self._stops_on(line) if stop.is_due()}
+        others_live = not set(line.bodies) <= due | line.presence.silent | line.presence.mute
+        return len(due) >= (MORE_THAN_A_FUSE if others_live else SILENT_BODIES)
+
+    async def close(self) -> None:
+        """Listen no longer."""
+        listening = list(self._told)
+        for task in listening:
+            task.cancel()
+        await asyncio.gather(*listening, return_exceptions=True)
+
+    async def _listen(self, line: Line) -> None:
+        try:
+            await self._heard_for_long(line)
+        finally:
+            line.tells_of_stops = False
+        for stop in self._stops_on(line):
+            if stop.is_due():
+                stop.publish("unconfirmed")
+
+    async def _heard_for_long(self, line: Line) -> None:
+        """Wait until its bodies had the time to confirm their stops, or all have."""
+        told_at, heard_since, most = _now(), inf, 0
+        while stops := self._stops_on(line):
+            most = max(most, len(stops))
+            if line.presence.last_heard_at > told_at:
+                heard_since = min(heard_since, _now())
+            fenced_s = 2 * line.late_reply_s  # for one that does not come back, between stops
+            if _now() - heard_since >= fenced_s + max(CONFIRM_WITHIN_S, proofs_s(line, most)):
+                return
+            await asyncio.sleep(CHECK_S)
+
+
 ATTEMPT_FRAMES = 2
 """An attempt to stop a body that does not answer: the stop, and the end of the program."""
 STOP_BYTES = 8
-"""Of a stop, or the end of a program; replies go the other way meanwhile."""
+"""Bytes of a stop, or of the end of a program; replies go the other way meanwhile."""
 GOES_FIRST = 2
-"""Who does not answer is asked behind the proofs of others for so many times as long as these may take."""
+"""A silent body is asked behind the proofs of others for this many times as long as these may take."""
 LAST_LOOK_S = 2 * REPEAT_S
 """A motor that ran so shortly before it was to stand counts as running."""
 UNKNOWN_CODE = "0x49"
@@ -74,11 +188,11 @@ class Stops(StopsUnderWay[tuple[Body, StopMode], "_BodyStop"]):
         self,
         events: EventHub,
         groups_of: Callable[[Body], list[Group]],
-        sweeps: Mapping[str, Sweep],
+        sweep_of: Callable[[Line], Sweep],
     ) -> None:
         super().__init__()
         self._events = events
-        self._sweeps = sweeps
+        self._sweep_of = sweep_of
         self._groups_of = groups_of
         self.on_begin: Callable[[Body], None] = lambda _: None
         """Called with each body whose stop begins."""
@@ -122,18 +236,18 @@ class Stops(StopsUnderWay[tuple[Body, StopMode], "_BodyStop"]):
         """One that did not answer its stop is not asked for proofs, either."""
         line = group.line
         if isinstance(stop.result(), NoReply) and line.state == "ready" and not is_prompt(line):
-            self._sweeps[line.id].distrust(group)
+            self._sweep_of(line).distrust(group)
 
     def under_way(self, body: Body) -> bool:
-        """Whether a stop of the body is not confirmed yet."""
+        """True if a stop of the body is not confirmed yet."""
         return any(stop.body is body for stop in self._tasks)
 
     def on_line(self, line: Line) -> bool:
-        """Whether a stop of any body of a line is not confirmed yet."""
+        """True if a stop of any body of a line is not confirmed yet."""
         return any(stop.body.line is line for stop in self._tasks)
 
     def others_prove(self, line: Line, body: int) -> bool:
-        """Whether others on a line, who answer, have yet to tell whether they stand, and how a move ended."""
+        """True if others on a line, who answer, have yet to tell whether they stand, and how a move ended."""
         stops = (stop for stop in self._tasks if stop.body.line is line and stop.body.number != body)
         return any(stop.goes_first() for stop in stops)
 
@@ -176,12 +290,12 @@ class Stops(StopsUnderWay[tuple[Body, StopMode], "_BodyStop"]):
 
     def _begin_new(self, body: Body, mode: StopMode) -> None:
         stop = _BodyStop(
-            body, mode, self._events, self._sweeps[body.line.id], self._company_of, self._silent_lines
+            body, mode, self._events, self._sweep_of(body.line), self._company_of, self._silent_lines
         )
         self._begin((body, mode), stop, f"the stop of {body.address}", partial(self.on_begin, body))
 
     def _count(self, stop: "_BodyStop") -> None:
-        stop.body.being_stopped = self.under_way(stop.body)
+        stop.body.life.hear(BodyNews.STOP if self.under_way(stop.body) else BodyNews.NO_STOP)
 
     def _company_of(self, body: Body) -> list[Body]:
         """The bodies of its line with stops that are not confirmed yet."""
@@ -202,12 +316,24 @@ class Stops(StopsUnderWay[tuple[Body, StopMode], "_BodyStop"]):
 
     def _at_standstill(self, stop: "_BodyStop") -> Sequence[Callable[[], object]]:
         body = stop.body
-        body.stop_was_proved = stop.disproves_its_alarm
-        body.being_stopped = any(it is not stop and it.body is body for it in self._tasks)
+        body.motion.stop_is_confirmed(disproves_its_alarm=stop.disproves_its_alarm)
+        if not any(it is not stop and it.body is body for it in self._tasks):
+            body.life.hear(BodyNews.NO_STOP)
         return stop.withdraw, partial(body.was_stopped, stop.report.position)
 
     async def _record(self, stop: "_BodyStop") -> None:
         await _move_recorded(stop.body)
+
+
+class _Look(NamedTuple):
+    """The last look at a motor that is being stopped."""
+
+    why: Text | None
+    """Why it does not prove standstill; None: it does."""
+    refuted_at: float | None = None
+    """The age of the stop at a look that has seen the motor move; endless where it told nothing."""
+    runs: bool = False
+    """True if the motor has told that it runs."""
 
 
 class _BodyStop(Stopping):
@@ -228,21 +354,17 @@ class _BodyStop(Stopping):
         self._sweep, self._company_of, self._silent_lines = sweep, company_of, silent_lines
         self._most = 1
         """The most stops at a time that its line has had beside it, with it."""
-        self._refuted_at: float | None = None
-        """Its age when its body was asked last, and said that it moves; endless where it did not tell."""
         self.silent_after_s = max(REPEAT_S, body.line.reply_timeout_s)
         self._events = events
         self._stopped_in = Lane.STOP
         self._stop: asyncio.Future[Outcome] | None = None
         self._end: asyncio.Future[Outcome] | None = None
-        """Of the program."""
+        """The end of the program."""
         self._answers = True
         """If not, the body may be dead, and nobody else need wait for it."""
         self._ramp: asyncio.Task[None] | None = None
         """Asks how long its ramp may take."""
-        self._runs = False
-        """Whether its motor ran when it was last asked, and has told so."""
-        self._why: Text | None = text("stops.motor-has-not-told", body=body.address)
+        self._look = _Look(text("stops.motor-has-not-told", body=body.address))
         self.tell()
 
     # sending
@@ -276,7 +398,7 @@ class _BodyStop(Stopping):
             return
         self._answers = not isinstance(outcome, NoReply)
         if not self._answers:
-            self._why = text("stops.body-silent", body=self.body.address)
+            self._look = self._look._replace(why=text("stops.body-silent", body=self.body.address))
             self.tell()
         if isinstance(outcome, Answered):
             self.note_acknowledged()
@@ -323,13 +445,13 @@ class _BodyStop(Stopping):
         pause_s = max(super().pause_s(took_s), 2 * attempts_s - took_s)
         if self._answers or line.interject_stops:
             return pause_s
-        silent = line.offline | line.mute if line.is_asked_later(self.body.number) else line.offline
+        silent = line.offline | line.presence.mute if line.is_asked_later(self.body.number) else line.offline
         return max(pause_s, 2 * len(silent) * ATTEMPT_FRAMES * line.reply_timeout_s - took_s)
 
     # seeing
 
     async def stands_still(self) -> bool:
-        """Whether the status says so twice, and no program runs that could move the motor again.
+        """True if the status says so twice, and no program runs that could move the motor again.
 
         On a line of many, one that was seen at rest and was told nothing since has said so once already.
         """
@@ -340,23 +462,21 @@ class _BodyStop(Stopping):
             return False
         asked_at = self.waited_s
         try:
-            self._why = await self._why_not_still()
+            why = await self._why_not_still()
         except GatewayError as error:
-            self._why = standstill_unknown(text("stops.the-motor", body=self.body.address), error)
-            self._refuted_at = inf if is_heard(self.body.line) else None
-            self._runs = False
+            why = standstill_unknown(text("stops.the-motor", body=self.body.address), error)
+            self._look = _Look(why, inf if is_heard(self.body.line) else None)
         else:
             self._answers = True
-            self._runs = self._why is NOT_AT_REST
-            self._refuted_at = None if self._why is None else asked_at
+            self._look = _Look(why, None if why is None else asked_at, why is NOT_AT_REST)
         if self.asks_for_ramp() and (self._ramp is None or self._ramp.done()):
             self._ramp = asyncio.create_task(self._learn_ramp(), name=f"ramp of {self.body.address}")
         self.tell()
-        return self._why is None
+        return self._look.why is None
 
     async def _learn_ramp(self) -> None:
         """Ask how long its ramp may take, beside the proofs; what it does not tell is asked again."""
-        pattern = None if self.body.move is None else self.body.pattern
+        pattern = None if self.body.move is None else self.body.prepared.pattern_of_move
         try:
             self.note_ramp(await longest_ramp_s(self.body, pattern, Lane.VERIFY) or 0.0)
         except ProfileError:
@@ -371,11 +491,11 @@ class _BodyStop(Stopping):
 
     def tells_of_motion(self) -> bool:
         """Its motor ran when it was last asked; what has not answered since is silent."""
-        told = self._runs and self._answers and self.report.state == "acknowledged"
+        told = self._look.runs and self._answers and self.report.state == "acknowledged"
         return told and not is_quiet(self.body.line)
 
     def has_had_no_turn(self) -> bool:
-        """Whether nothing speaks against it yet, for as long as the wire needs for the proofs of all.
+        """True if nothing speaks against it yet, for as long as the wire needs for the proofs of all.
 
         Its reply may still stand behind those of others, and what was asked before it was to stand proves
         nothing.
@@ -385,16 +505,17 @@ class _BodyStop(Stopping):
         return may_be and not self._is_refuted() and self._in_time() and not is_silent(self.body.line)
 
     def _is_refuted(self) -> bool:
-        """Whether it was to stand when it was last asked, and did not say that it does."""
-        return self._refuted_at is not None and self._refuted_at >= self.due_s - LAST_LOOK_S
+        """True if it was to stand when it was last asked, and did not say that it does."""
+        refuted_at = self._look.refuted_at
+        return refuted_at is not None and refuted_at >= self.due_s - LAST_LOOK_S
 
     def goes_first(self) -> bool:
-        """Whether its body answers, and is asked before those who do not; not for ever, for they may live."""
+        """True if its body answers, and is asked before those who do not; not for ever, for they may live."""
         answers = self._answers and self.report.state in ("acknowledged", "confirmed")
         return answers and self._in_time(GOES_FIRST)
 
     def _in_time(self, times: int = 1) -> bool:
-        """Whether it began no longer ago than the wire needs for the proofs of all, or so many times that."""
+        """True if it began no longer ago than the wire needs for the proofs of all, or so many times that."""
         line = self.body.line
         needed_s = self.due_s + line.reply_timeout_s + proofs_s(line, self._most)
         return self.waited_s < times * needed_s
@@ -405,7 +526,7 @@ class _BodyStop(Stopping):
         return self._began_at
 
     def is_due(self) -> bool:
-        """Whether it was to be confirmed by now."""
+        """True if it was to be confirmed by now."""
         return self.is_late() and not self.has_had_no_turn()
 
     def _warn(self) -> None:
@@ -416,7 +537,7 @@ class _BodyStop(Stopping):
         super()._warn()
 
     def _is_free_of_programs(self) -> bool:
-        """Whether no program can run: on a line of few bodies each is asked nevertheless."""
+        """True if no program can run: on a line of few bodies each is asked nevertheless."""
         return self.body.runs_no_program() and not is_prompt(self.body.line)
 
     async def _ask(self, command: RorzeCommand[R]) -> R:
@@ -428,7 +549,7 @@ class _BodyStop(Stopping):
             return NOT_AT_REST
         if await self._runs_program():
             return PROGRAM_GOES_ON
-        if (rest := self.body.rest) is not None and not is_prompt(self.body.line):
+        if (rest := self.body.told.rest) is not None and not is_prompt(self.body.line):
             self.report.position = rest.position
             return None
         position = await self._position()
@@ -438,7 +559,7 @@ class _BodyStop(Stopping):
         return None
 
     async def _position(self) -> int:
-        company = [it for it in self._company_of(self.body) if it.rest is None]
+        company = [it for it in self._company_of(self.body) if it.told.rest is None]
         return (await self._sweep.ask_one(self.body, company, GetPosition(), Lane.VERIFY)).pulses
 
     async def _runs_pulses(self) -> bool:
@@ -463,8 +584,8 @@ class _BodyStop(Stopping):
     # telling
 
     def why_not(self) -> list[Text]:
-        """What the controller has answered, or why it has not."""
-        return [self._why] if self._why else []
+        """The controller's answer, or why it has not answered."""
+        return [self._look.why] if self._look.why else []
 
     def publish(self, what: str) -> None:
         """Tell everybody how far it has come."""
@@ -476,7 +597,7 @@ class _BodyStop(Stopping):
 async def _move_recorded(body: Body) -> None:
     """Wait a little until the stopped move is over in the records too: a new one may then follow at once."""
     if body.move is not None:
-        await happens(body.free, RECORD_WITHIN_S)
+        await happens(body.motion.free, RECORD_WITHIN_S)
 
 
 def _under_way(future: "asyncio.Future[Outcome] | None") -> bool:

@@ -1,31 +1,88 @@
 """Bodies, groups and link masters as the operations see them."""
 
 import asyncio
+import types
 from collections.abc import Callable, Sequence
 from contextlib import AbstractAsyncContextManager
-from typing import Any, ClassVar, Final
+from functools import lru_cache
+from typing import Annotated, Any, ClassVar, Final
 
-from gateway.core.errors import GatewayError
+from gateway.core.errors import GatewayError, InvalidRequest
 from gateway.core.move_record import START_WITHIN_S
 from gateway.core.next_calls import NextCall
 from gateway.core.stops import StopMode
 from gateway.core.targets import BegunMoves, CommandReplies, MemberAnswers, Opened, Stopped, Target, stopped
-from gateway.rorze import plain_text
+from gateway.rorze.alarms import calls_for_body, calls_for_group, calls_for_line
 from gateway.rorze.bodies import Body, Group, answer_or_raise, reply_of
-from gateway.rorze.calls import calls_for_body, calls_for_group, calls_for_line
-from gateway.rorze.endless_programs import EndlessPrograms
-from gateway.rorze.limited_speed import Rate, at_own_speed, with_own_pattern
 from gateway.rorze.line import Line, lane_of
 from gateway.rorze.move_requests import MoveRequest, common_command
 from gateway.rorze.moves import Moves
-from gateway.rorze.plans import GroupPlan, PlannedMove, group_plan_of, plan_of
+from gateway.rorze.plans import (
+    GroupPlan,
+    PlannedMove,
+    Rate,
+    at_own_speed,
+    group_plan_of,
+    plan_of,
+    with_own_pattern,
+)
 from gateway.rorze.samples import BodySamples, samples_of
 from gateway.rorze.stops import Stops
+from gateway.rorze.stored_program import EndlessPrograms
+from protocols.rorze.commands import COMMANDS
 from protocols.rorze.link_master import SetGroup
+from protocols.rorze.notation import Printable
 from protocols.rorze.programs import EndProgram, RunProgram, StepProgram
 from protocols.rorze.row import LINK_MASTER, RorzeCommand
 from protocols.rorze.stops import StopDecelerating, StopImmediately
-from protocols.table import Reply
+from protocols.table import Reply, Retry, WireFault
+
+CODE_LENGTH = 3
+
+
+class VerbatimReply(Reply, args="{text}"):
+    """A reply of which nothing is known."""
+
+    text: Annotated[str, Printable("[ -~]*")]
+
+
+class Verbatim(
+    RorzeCommand[VerbatimReply],
+    args="{text}",
+    errors=frozenset({0x23, 0x49, 0x4A, 0x5D}),
+    retry=Retry.NEVER,
+    starts=False,
+):
+    """A command that is not in the table: it is sent as it was written, once."""
+
+    text: Annotated[str, Printable("[ -%'-~]*")]
+
+
+def read_text(text: str) -> RorzeCommand[Any]:
+    """Recognise a command of the table, so that the table's rules hold for it; others stay text.
+
+    :raises InvalidRequest: it is not in the table's form.
+    """
+    code, parameters = text[:CODE_LENGTH], text[CODE_LENGTH:]
+    row = COMMANDS.get(code)
+    if row is None:
+        return _verbatim(code)(text=parameters)
+    try:
+        return row.read(parameters)
+    except WireFault as error:
+        raise InvalidRequest(f"{code}: {error}; nothing was sent.", "Write it as the manual does.") from None
+
+
+@lru_cache(maxsize=64)
+def _verbatim(code: str) -> type[Verbatim]:
+    row: type[Verbatim] = types.new_class(
+        "Verbatim",
+        (Verbatim,),
+        {"code": code, "args": "{text}"},
+        lambda body: body.update(__module__=__name__),
+    )
+    return row
+
 
 STOP_MODES: Final[dict[type[Any], StopMode]] = {
     StopDecelerating: "decelerate",
@@ -93,8 +150,8 @@ class BodyTarget(_Motors):
         return calls_for_body(error, self.address)
 
     def read(self, text: str) -> RorzeCommand[Any]:
-        """Read a command as it stands on the line; errors as of `plain_text.read`."""
-        return plain_text.read(text)
+        """Read a command as it stands on the line; errors as of `read_text`."""
+        return read_text(text)
 
     def command_for(self, request: MoveRequest) -> RorzeCommand[Any]:
         """Put a wish for a move into a command, by the body's scale."""

@@ -116,7 +116,7 @@ class Length(RequestModel, json_schema_extra=example(value=0, unit="pulse")):
     unit: Unit = Field(description="mm, um, deg and mdeg need the body's scale in the configuration.")
 
     def pulses(self, scale: Scale | None) -> int:
-        """The same in pulses.
+        """The length in pulses.
 
         :raises InvalidRequest: the body has no scale for this unit.
         """

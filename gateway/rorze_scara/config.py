@@ -1,4 +1,4 @@
-"""What the configuration file may say of a SCARA robot."""
+"""The configuration of a SCARA robot."""
 
 from collections.abc import Mapping, Sequence
 from typing import Annotated, Literal, Self
@@ -33,7 +33,7 @@ class ScaraTable(Table):
     finger_um: Micrometres
     """From the third joint to the centre of the wafer (HFS)."""
     pulses_per_turn: Array[PulsesOfTurn]
-    """Of each axis (HZS)."""
+    """Pulses per turn of each axis (HZS)."""
     own_path: int = Field(63, ge=0, le=63)
     """The interpolation path that the gateway overwrites for its lines (HDS)."""
     keep_out_um: int = Field(10_000, ge=0, lt=BILLION)
@@ -64,7 +64,7 @@ class ScaraTable(Table):
         return ROBOTS[len(self.members)](self.arm_um, self.finger_um, self.pulses_per_turn)
 
     def served(self) -> str:
-        """What it is, of which bodies, in words."""
+        """Name it with its bodies, in words."""
         return f"SCARA robot {named(self.id, self.name)} of {', '.join(self.members)} on {self.line}"
 
     @classmethod

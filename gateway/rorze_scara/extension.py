@@ -1,11 +1,12 @@
 """SCARA robots made of RC-420 bodies, as the gateway knows of them; it names nothing else of this package."""
 
 from collections.abc import Collection, Iterator, Mapping, Sequence
-from typing import Annotated, Any, ClassVar, Final
+from typing import Annotated, Any, ClassVar, Final, NoReturn
 
 from pydantic import Field
 
 from gateway.core.addresses import none_such
+from gateway.core.errors import InvalidRequest
 from gateway.core.event_types import move_types
 from gateway.core.events import Event
 from gateway.core.family import Extension, Site
@@ -14,14 +15,46 @@ from gateway.core.move_record import RESTARTED
 from gateway.core.operation import DocumentSection, RouteWords
 from gateway.core.own_faults import run_each_logging
 from gateway.core.parts import Part
-from gateway.core.targets import Target
+from gateway.core.stops import StopMode
+from gateway.core.targets import Stopped, Target, stopped
 from gateway.rorze.family import Rorze, parts_of
 from gateway.rorze.line import Line
+from gateway.rorze.stops import Stops
+from gateway.rorze.targets import STOP_MODES
 from gateway.rorze_scara import config
 from gateway.rorze_scara.moves import ScaraMoves
-from gateway.rorze_scara.record import ScaraMove
+from gateway.rorze_scara.record import ScaraMove, ScaraSamples
 from gateway.rorze_scara.scara import Scara
-from gateway.rorze_scara.target import ScaraTarget
+
+
+class ScaraTarget(Target):
+    """A SCARA robot: its commands go to its bodies and its group."""
+
+    stop_modes = STOP_MODES
+
+    def __init__(self, scara: Scara, moves: ScaraMoves, stops: Stops) -> None:
+        self.scara = scara
+        self.address, self.path, self.log = scara.id, scara.path, moves.log
+        self._moves, self._stops = moves, stops
+
+    async def ask(self, command: Any) -> NoReturn:
+        """Refuse a single command.
+
+        :raises InvalidRequest: always.
+        """
+        raise InvalidRequest(
+            f"{self.address} takes no single commands ({command.name()}); nothing was sent.",
+            f"Send it to a body or to the group {self.scara.group.address}.",
+        )
+
+    async def samples(self, move_id: str) -> ScaraSamples:
+        """Give where its axes were seen during a move; errors as of `ScaraMoves.samples`."""
+        return await self._moves.samples(move_id)
+
+    async def stop(self, mode: StopMode) -> Stopped:
+        """Stop all its bodies."""
+        return await stopped("bodies", self._stops.stop(self.scara.members, mode))
+
 
 ScaraId = Annotated[str, Field(description="The robot's id in the configuration.", examples=["wafer"])]
 

@@ -51,7 +51,7 @@ class Geometry(Record):
 
     @classmethod
     def of(cls, robot: Mechanics) -> "Geometry":
-        """What the configuration has."""
+        """The configured mechanics."""
         return cls(
             type=TYPES[robot.axes],
             arm=LinkLength(value=robot.link),
@@ -61,7 +61,7 @@ class Geometry(Record):
 
 
 class HeldGeometry(NamedTuple):
-    """What a controller holds: the axis it drives, and the mechanics."""
+    """The axis that a controller drives, and the mechanics that it holds."""
 
     axis: int
     geometry: Geometry
@@ -74,7 +74,7 @@ class GeometryDiffers(GatewayError):
 
 
 def wanted(scara: Scara) -> list[HeldGeometry]:
-    """What the configuration has for each controller."""
+    """The configuration for each controller."""
     return [HeldGeometry(axis, Geometry.of(scara.robot)) for axis in range(scara.robot.axes)]
 
 
@@ -161,7 +161,7 @@ async def require_agreement(scara: Scara, pulses: Sequence[int]) -> None:
 
 
 def _agrees(robot: Mechanics, place: FingerPlace, told: Coordinates) -> bool:
-    """Whether both are the same but for a pulse of each axis: the manual does not tell the rounding."""
+    """True if both are the same but for a pulse of each axis: the manual does not tell the rounding."""
     pulse = sum(1 / turn for turn in robot.pulses_per_turn)
     slack_um = ROUNDING + pulse * TURN * (2 * robot.link + robot.finger)
     slack_mdeg = ROUNDING + pulse * WHOLE_TURN_MDEG

@@ -2,6 +2,7 @@
 
 import asyncio
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from contextlib import ExitStack
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from functools import partial
@@ -27,7 +28,8 @@ from gateway.core.next_calls import NextCall
 from gateway.core.origin import working
 from gateway.core.own_faults import restart_after_faults
 from gateway.core.verdicts import Unbegun, Unwatched, Verdict, VerdictWords, judge, worst_of
-from gateway.rorze.bodies import PULSES_RUNNING, Body, Group
+from gateway.rorze.bodies import Body, Group
+from gateway.rorze.knowledge import PULSES_RUNNING
 from gateway.rorze.move_proof import MOTION_ERRORS, SharedWay
 from gateway.rorze.moves import Moves
 from gateway.rorze.samples import samples_of
@@ -41,6 +43,8 @@ from gateway.rorze_scara.preparation import (
     prove_power,
     trajectory_of,
     weigh,
+    wish_of,
+    with_own_pattern,
     work_out,
 )
 from gateway.rorze_scara.record import (
@@ -52,7 +56,6 @@ from gateway.rorze_scara.record import (
 )
 from gateway.rorze_scara.requests import ScaraMoveRequest
 from gateway.rorze_scara.scara import Scara
-from gateway.rorze_scara.speed import wish_of, with_own_pattern
 from protocols.rorze.link import MoveEnded
 from protocols.rorze.status import ControllerStatus, GetControllerStatus
 
@@ -72,14 +75,14 @@ class _Run:
     scara: Scara
     move: ScaraMove
     moves: dict[Body, Move] = field(default_factory=dict)
-    """Those of the bodies, once they are begun."""
+    """The moves of the bodies, once they are begun."""
     begun: bool = False
-    """Whether the controllers have accepted or refused it."""
+    """True if the controllers have accepted or refused it."""
     stopping: "asyncio.Task[Any] | None" = None
 
     @property
     def under_way(self) -> bool:
-        """Whether an axis may still move."""
+        """True if an axis may still move."""
         return any(not move.status.final for move in self.moves.values())
 
 
@@ -90,9 +93,9 @@ class ScaraMoves(MoveRuns[_Run, ScaraMove]):
         super().__init__()
         self._moves, self._stops, self._tell = moves, stops, publish
         self._runs: dict[Body, _Run] = {}
-        """Of the members of robots that move."""
+        """The run of each member of a robot that moves."""
         self._tasks: set[asyncio.Task[Any]] = set()
-        """Those that watch over moves, and stop them."""
+        """Tasks that watch over moves, and stop them."""
 
     async def start(self, scara: Scara, request: ScaraMoveRequest, start_within_s: float = 5.0) -> ScaraMove:
         """Prepare a move and start it, undivided, and give it when the controllers have accepted it.
@@ -297,7 +300,7 @@ class ScaraMoves(MoveRuns[_Run, ScaraMove]):
     # while it runs
 
     def _begin_to_watch(self, run: _Run) -> None:
-        known = ((body, body.status_bits) for body in run.moves)
+        known = ((body, body.told.status_bits) for body in run.moves)
         errors = {body: MOTION_ERRORS if bits is None else bits & MOTION_ERRORS for body, bits in known}
         what = f"watch of {run.move.id}"
         watching = restart_after_faults(f"the {what}", partial(self._watch, run, errors))
@@ -308,19 +311,15 @@ class ScaraMoves(MoveRuns[_Run, ScaraMove]):
 
         `errors` are those that each had before.
         """
-        for body in errors:
-            body.watched = True
-        try:
+        with ExitStack() as watched:
+            for body in errors:
+                watched.enter_context(body.motion.watched_as_a_whole())
             with working("followers"):
                 while run.under_way and run.stopping is None:
                     await self._see(run, errors)
                     await asyncio.sleep(WATCH_S)
-        finally:
-            for body in errors:
-                body.watched = False
-                body.end_due.set()
         for body in run.moves:
-            await body.free.wait()
+            await body.motion.free.wait()
         self._look_after(run)
 
     async def _see(self, run: _Run, errors: Mapping[Body, int]) -> None:
@@ -335,7 +334,7 @@ class ScaraMoves(MoveRuns[_Run, ScaraMove]):
         for body, before in errors.items():
             bits = seen.get(body, PULSES_RUNNING)
             if not bits & PULSES_RUNNING:
-                body.end_due.set()
+                body.motion.end_due.set()
             if bits & MOTION_ERRORS & ~before:
                 self._failed(body, "it reports an error")
 
@@ -476,6 +475,6 @@ def _words(run: _Run, failed: Mapping[Body, Move]) -> VerdictWords:
 
 
 def _moved(moves: Iterable[Move]) -> Moved:
-    """What the robot did, by what its axes did."""
+    """The robot's verdict words, by the ends of its axes."""
     told = {"yes" if move.error is None else move.error.moved for move in moves}
     return "yes" if "yes" in told else "unknown" if "unknown" in told else "no"

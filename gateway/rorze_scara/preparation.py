@@ -1,19 +1,30 @@
-"""What goes before a move of a SCARA robot: work it out, tell the controllers, see that they agree."""
+"""The preparation of a SCARA robot's move: work it out, tell the controllers, see that they agree."""
 
-from collections.abc import Callable
-from contextlib import suppress
-from dataclasses import dataclass
+import asyncio
+from collections.abc import AsyncIterator, Callable, Sequence
+from contextlib import asynccontextmanager, suppress
+from dataclasses import dataclass, replace
 from math import ceil
 from typing import Any
 
 from gateway.core.errors import ControllerRefused, GatewayError, InvalidRequest, PowerCycled
 from gateway.core.lanes import Lane
 from gateway.rorze.bodies import Body, Group
-from gateway.rorze.limited_speed import Wish
-from gateway.rorze.plans import AlongPath, Planned, PlannedTrajectory, crossed_of, parameters_of_pattern
+from gateway.rorze.plans import (
+    AlongPath,
+    Planned,
+    PlannedTrajectory,
+    Wish,
+    crossed_of,
+    limited,
+    parameters_of_pattern,
+    slow_pattern_of,
+    standard_of,
+)
 from gateway.rorze_scara import geometry, paths
+from gateway.rorze_scara.geometry import WHOLE_TURN_MDEG
 from gateway.rorze_scara.record import PlannedScaraMove, ScaraPlace
-from gateway.rorze_scara.requests import Course, Manoeuvre, MoveStart, ScaraMoveRequest
+from gateway.rorze_scara.requests import Course, Manoeuvre, MoveStart, ScaraMoveRequest, TurnSpeed
 from gateway.rorze_scara.scara import Scara
 from protocols.rorze.interpolation import (
     SetPathPoint,
@@ -48,7 +59,7 @@ class Plan:
 
     @property
     def addressee(self) -> Body | Group:
-        """What the motion goes to: HFM to the finger's controller alone (13.10.9), all else to the group."""
+        """The addressee of the motion: for HFM the finger's controller alone (13.10.9), else the group."""
         return self.scara.members[-1] if isinstance(self.manoeuvre.motion, TurnFinger) else self.scara.group
 
     @property
@@ -63,7 +74,7 @@ class Plan:
         return self.scara.line.frame_of(self.addressee.number, self.manoeuvre.motion)
 
     def positions(self) -> list[SetStartPosition]:
-        """What tells the controllers where all axes stand (HPS)."""
+        """The commands that tell the controllers where all axes stand (HPS)."""
         return [SetStartPosition(axis=axis, position=it) for axis, it in enumerate(self.here.pulses)]
 
     def record(self) -> PlannedScaraMove:
@@ -173,7 +184,7 @@ async def trajectory_of(plan: Plan, body: Body, pattern: int | None) -> Planned:
 
 async def know_pattern(scara: Scara, pattern: int | None) -> None:
     """Know the speed sets of a pattern before the move: a stop may have to know how long its ramp takes."""
-    if pattern is not None and any(pattern not in body.pattern_sets for body in scara.members):
+    if pattern is not None and any(pattern not in body.told.pattern_sets for body in scara.members):
         with suppress(GatewayError):  # the move does not hang on it
             await scara.ask(GetPattern(pattern=pattern), lane=Lane.VERIFY)
 
@@ -218,3 +229,49 @@ async def prove_power(scara: Scara) -> None:
 def _require_power(scara: Scara) -> None:
     for body in scara.members:
         body.require_power(StartInterpolation())
+
+
+# a speed of its own
+
+
+def wish_of(scara: Scara, request: ScaraMoveRequest) -> Wish | None:
+    """Give what the `max_speed` of a move comes to in each controller; None where it has none."""
+    limit = request.max_speed
+    if limit is None:
+        return None
+
+    async def wish(bodies: Sequence[Body]) -> Sequence[SpeedParameters]:
+        standards = await asyncio.gather(*(standard_of(body) for body in bodies))
+        if isinstance(limit, TurnSpeed):
+            tops = [round(limit.exactly * it / WHOLE_TURN_MDEG) for it in scara.robot.pulses_per_turn]
+        else:
+            standards, tops = [_gentlest(standards)] * len(bodies), [limit.thousandths] * len(bodies)
+        if min(tops) < 1:
+            raise InvalidRequest("max_speed: it comes to less than one pulse a second; nothing was sent.")
+        return [it.capped(top) for it, top in zip(standards, tops, strict=True)]
+
+    return wish
+
+
+def with_own_pattern(scara: Scara, request: ScaraMoveRequest) -> ScaraMoveRequest:
+    """The request as it is sent; errors as of `slow_pattern_of`."""
+    if request.max_speed is None:
+        return request
+    return request.model_copy(update={"pattern": slow_pattern_of(scara.members)})
+
+
+@asynccontextmanager
+async def at_own_speed(scara: Scara, request: ScaraMoveRequest) -> AsyncIterator[ScaraMoveRequest]:
+    """Give a request with the pattern that has its `max_speed`, if it has one; errors as of `limited`."""
+    wish = wish_of(scara, request)
+    if wish is None:
+        yield request
+        return
+    async with limited(scara.group, wish):
+        yield with_own_pattern(scara, request)
+
+
+def _gentlest(standards: Sequence[SpeedParameters]) -> SpeedParameters:
+    """The ramp of the axis that accelerates least, and no speed that one of them does not allow."""
+    ramp = min(standards, key=lambda it: it.acceleration)
+    return replace(ramp, low=min(it.low for it in standards), high=min(it.high for it in standards))

@@ -13,7 +13,7 @@ ScaraMoveKind = Literal["line", "path", "offset", "extend", "retract", "rotate",
 
 
 DECIMALS: Final = 9
-"""Of what is told: near the origin a nanometre decides where the base stands."""
+"""Decimals that are told: near the origin a nanometre decides where the base stands."""
 
 
 class Micrometres(Record):
@@ -49,7 +49,7 @@ class ScaraPlace(Record):
 
 
 class ScaraAxisMove(Record):
-    """What one axis does in a move of the robot."""
+    """One axis in a move of the robot."""
 
     axis: int = Field(description="0 is the base, 1 the arm, 2 the finger.")
     body_id: str

@@ -7,8 +7,8 @@ from typing import Annotated, Any, Final, Literal, NamedTuple, Self
 from pydantic import Field, WithJsonSchema, model_validator
 
 from gateway.core.records import RequestModel, example
-from gateway.rorze.limited_speed import require_one_speed
 from gateway.rorze.move_requests import Pattern
+from gateway.rorze.plans import require_one_speed
 from gateway.rorze_scara.paths import commands_for
 from gateway.rorze_scara.record import ScaraMoveKind
 from protocols.rorze import ways
@@ -48,7 +48,7 @@ class _Amount(RequestModel):
 
     @property
     def thousandths(self) -> int:
-        """The same as the controllers count."""
+        """The length as the controllers count."""
         return round(self.exactly)
 
     @model_validator(mode="after")
@@ -116,13 +116,13 @@ class ViaPoint(
 
 
 class MoveStart(NamedTuple):
-    """What a move begins with."""
+    """The preparation and the motion of a move."""
 
     pulses: tuple[int, ...]
     pose: Pose
     place: FingerPlace
     points: ways.Points
-    """Of the stored path that is asked for."""
+    """Number of the stored path that is asked for."""
     own_path: int
     """The path that the gateway keeps for its lines."""
 
@@ -146,7 +146,7 @@ class Course(NamedTuple):
 
 
 class Manoeuvre(NamedTuple):
-    """What is sent for a move, and where it leads."""
+    """The commands of a move, and where it leads."""
 
     motion: StartInterpolation | TurnFinger | MoveToExtensionStart
     preparation: Sequence[RorzeCommand[Any]]
@@ -178,7 +178,7 @@ class _ScaraMoveRequest(RequestModel):
 
     @abstractmethod
     def manoeuvre(self, here: MoveStart) -> Manoeuvre:
-        """What it comes to from here."""
+        """The commands that it comes to from here."""
 
     def _to(self, here: MoveStart, end: FingerPlace) -> Manoeuvre:
         """A straight line of the finger's end, by the path that the gateway keeps for that."""

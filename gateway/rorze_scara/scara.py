@@ -43,7 +43,7 @@ class Scara(Looked):
 
     def __post_init__(self) -> None:
         for body in self.members:
-            body.companions = self.members
+            body.own_speed.shares_ramps_with(self.members)
 
     @property
     def members(self) -> list[Body]:
@@ -115,4 +115,5 @@ class Scara(Looked):
     async def stand(self, lane: Lane | None = None) -> AxisPlaces:
         """Ask all axes at once where they stand (6PD); errors as of `ask`."""
         pulses = tuple(reply.pulses for reply in await self.ask(GetPosition(), lane=lane))
-        return AxisPlaces(pulses, self.members[0].position_at or 0.0)
+        place = self.members[0].told.place
+        return AxisPlaces(pulses, 0.0 if place is None else place.at)

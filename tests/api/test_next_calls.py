@@ -18,7 +18,7 @@ from gateway.core.next_calls import NextCall, filled_in
 from gateway.core.rights import Right
 from gateway.fics import calls as calls_of_robots
 from gateway.plant import Plant
-from gateway.rorze import calls as calls_of_bodies
+from gateway.rorze import alarms as calls_of_bodies
 from simulator.rorze.world import EMS
 from tests.api.access.guarded import Keys, guarded
 from tests.api.stand import Stand, on_stand

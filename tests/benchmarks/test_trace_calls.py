@@ -2,11 +2,15 @@
 
 import pytest
 
-from benchmarks.trace_calls import CallTrace, first_move
+from benchmarks.trace_calls import CallTrace, first_move, first_move_of_body
 from tests.api.robots.cell import Cell, in_cell
+from tests.api.stand import Stand, on_stand
 
 ABOVE_THE_LINE = 321
 IN_ALL = 940
+OF_A_BODY = 0
+OF_A_BODY_ABOVE = 0
+FILES_OF_A_BODY = 0
 
 
 @pytest.mark.parametrize("mode", [2, 3])
@@ -31,6 +35,20 @@ def test_few_calls_of_a_first_move_go_to_another_file() -> None:
     story()
     assert 100 < traces[-1].passes_above_the_line().total() < ABOVE_THE_LINE
     assert traces[-1].passes().total() < IN_ALL
+
+
+def test_few_calls_of_a_bodys_first_move_go_to_another_file() -> None:
+    traces: list[CallTrace] = []
+
+    @on_stand()
+    async def story(stand: Stand) -> None:
+        traces.append(await first_move_of_body(stand))
+
+    story()
+    story()
+    assert 50 < traces[-1].passes_above_the_line().total() < OF_A_BODY_ABOVE
+    assert traces[-1].passes().total() < OF_A_BODY
+    assert len(set(traces[-1].files)) < FILES_OF_A_BODY
 
 
 @in_cell()

@@ -196,7 +196,7 @@ def test_j08_only_keys_that_are_old_and_answered_are_forgotten(tmp_path: Path) -
 async def _position(plant: TestedPlant) -> int:
     found = await plant.body("3F").poll()
     assert found
-    return plant.body("3F").position or 0
+    return plant.body("3F").told.position or 0
 
 
 def _now() -> float:

@@ -33,8 +33,8 @@ from gateway.rorze import move_proof
 from gateway.rorze.bodies import Body
 from gateway.rorze.exchange import RorzeExchange
 from gateway.rorze.guards import Guards
-from gateway.rorze.mark import Mark
 from gateway.rorze.moves import Moves
+from gateway.rorze.power import Mark
 from gateway.rorze.session import RorzeSession
 from gateway.rorze.stops import _BodyStop
 from protocols.rorze.commands import COMMANDS

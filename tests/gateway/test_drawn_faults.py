@@ -23,7 +23,7 @@ from gateway.core.parts import Part
 from gateway.door.stopping import stop_all
 from gateway.families import EXTENSIONS
 from gateway.rorze.family import Rorze
-from gateway.rorze.jogs import BodyJogRequest
+from gateway.rorze.move_requests import BodyJogRequest
 from protocols.fics.alarms import ResetErrors
 from protocols.fics.homing import HomeRobot
 from protocols.fics.moves import MoveRelative

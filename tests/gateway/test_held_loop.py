@@ -7,7 +7,7 @@ import pytest
 
 from gateway.core.alarms import DISPROVED
 from gateway.core.stops import CONFIRM_WITHIN_S
-from gateway.rorze.jogs import BodyJogRequest
+from gateway.rorze.move_requests import BodyJogRequest
 from protocols.fics.homing import HomeRobot
 from protocols.rorze.moves import MoveClockwise
 from tests.fics_plants import FicsRig, fics_rig

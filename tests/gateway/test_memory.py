@@ -12,7 +12,7 @@ from gateway.core.errors import NotFound, NotSent, PowerCycled
 from gateway.core.journal.journal import JournalUnavailable
 from gateway.core.move_record import Move, MoveStatus
 from gateway.fics.move_record import RobotMove
-from gateway.rorze.jogs import BodyJogRequest
+from gateway.rorze.move_requests import BodyJogRequest
 from protocols.fics.axis_settings import SpeedPercents
 from protocols.fics.homing import HomeRobot
 from protocols.fics.moves import MoveAbsolute, MoveRelative
@@ -78,7 +78,7 @@ async def test_moves_go_on_in_their_order_where_the_clock_was_a_year_ahead(world
 
 async def marked(plant: TestedPlant) -> None:
     """Wait until the body is known to keep its power, and a look at it would tell a loss of it."""
-    while not plant.body("3F").power.mark or plant.body("3F").rest is None:  # noqa: ASYNC110
+    while not plant.body("3F").power.mark.text or plant.body("3F").told.rest is None:  # noqa: ASYNC110
         await asyncio.sleep(0.1)
     await asyncio.sleep(1.0)
 
@@ -146,15 +146,15 @@ async def test_a_mark_that_may_be_in_flash_memory_is_not_believed_in_another_lif
 ) -> None:
     async with world.gateway() as plant:
         await marked(plant)
-        mark = plant.body("3F").power.mark
+        mark = plant.body("3F").power.mark.text
         saving = asyncio.create_task(plant.body("3F").ask(SaveSettings()))
         await asyncio.sleep(DISK_S + 0.001)
         world.crash()
         await saving
     async with world.gateway() as plant:
-        assert plant.body("3F").power.mark is None
+        assert plant.body("3F").power.mark.text is None
         await marked(plant)
-        assert plant.body("3F").power.mark != mark
+        assert plant.body("3F").power.mark.text != mark
 
 
 @in_virtual_time

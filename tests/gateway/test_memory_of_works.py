@@ -198,11 +198,11 @@ async def test_a_run_that_a_crash_has_left_is_followed_to_its_end(world: World) 
         record = plant.rorze.runs.find("line1.3F", begun.id)
         assert record is not None
         assert record.status == "running"
-        assert plant.body("3F").in_program
+        assert plant.body("3F").life.in_program
         await plant.stops.stop([plant.body("3F")], "immediate")
         await plant.rorze.runs.wait(record, 10.0)
         assert (record.status, record.end_cause) == ("ended", "stopped")
-        assert not plant.body("3F").in_program
+        assert not plant.body("3F").life.in_program
     async with world.gateway() as plant:
         assert plant.rorze.runs.find("line1.3F", begun.id) == record
 
@@ -211,7 +211,7 @@ async def test_a_run_that_a_crash_has_left_is_followed_to_its_end(world: World) 
 async def test_how_a_run_has_ended_is_not_known_where_the_power_was_lost_meanwhile(world: World) -> None:
     async with world.gateway() as plant:
         await ready(plant)
-        await until(lambda: plant.body("3F").power.mark is not None)
+        await until(lambda: plant.body("3F").power.mark.text is not None)
         begun = await run(plant, world)
         world.crash()
     wire_of(world).machine.brown_out(0x3F, 0.05, asyncio.get_running_loop().time())

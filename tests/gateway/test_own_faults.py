@@ -39,12 +39,12 @@ from gateway.rorze import moves
 from gateway.rorze.bodies import Body
 from gateway.rorze.body_watch import BodyWatch
 from gateway.rorze.family import Rorze
-from gateway.rorze.jogs import BodyJogRequest
 from gateway.rorze.line import Line
-from gateway.rorze.mark import Mark
 from gateway.rorze.move_proof import MoveProof
+from gateway.rorze.move_requests import BodyJogRequest
 from gateway.rorze.moves import Moves
-from gateway.rorze.poll_intervals import Health
+from gateway.rorze.power import Mark
+from gateway.rorze.probes import Health
 from gateway.rorze.session import RorzeSession
 from gateway.rorze.stops import Stops, _BodyStop
 from gateway.wind_down import WindDown

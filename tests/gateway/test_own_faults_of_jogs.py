@@ -11,7 +11,8 @@ from gateway.core.stops import Stopping
 from gateway.fics.jogs import RobotJogs
 from gateway.fics.motion_state import MotionState
 from gateway.rorze.bodies import Body
-from gateway.rorze.jogs import BodyJogRequest, BodyJogs
+from gateway.rorze.jogs import BodyJogs
+from gateway.rorze.move_requests import BodyJogRequest
 from gateway.rorze.moves import Moves
 from gateway.rorze.stops import Stops, _BodyStop
 from protocols.fics.homing import HomeRobot

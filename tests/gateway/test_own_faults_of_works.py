@@ -155,7 +155,7 @@ async def test_a_program_that_runs_is_followed_on_after_a_fault(
         await it.plant.rorze.runs.wait(run, 10.0)
         assert failed
         assert (run.status, run.end_cause) == ("ended", "stopped")
-        assert not it.body().in_program
+        assert not it.body().life.in_program
 
 
 @in_virtual_time

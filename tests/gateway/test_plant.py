@@ -17,10 +17,10 @@ from gateway.core.errors import (
 )
 from gateway.core.move_record import Move
 from gateway.core.sampler import Sampler
-from gateway.rorze.bodies import MotorState
 from gateway.rorze.config import UnitsTable
-from gateway.rorze.errors import refused as refusal_of
-from gateway.rorze.poll_intervals import HEALTH_POLL_S
+from gateway.rorze.exchange import refused as refusal_of
+from gateway.rorze.knowledge import MotorState
+from gateway.rorze.probes import HEALTH_POLL_S
 from protocols.rorze.flash import SaveSettings
 from protocols.rorze.link_master import SetGroup
 from protocols.rorze.moves import MoveClockwise
@@ -412,7 +412,7 @@ async def test_a_motor_that_ran_before_the_gateway_is_known_to_run_as_soon_as_th
 async def test_motion_that_nobody_here_asked_for_is_reported_once_and_forgets_the_position() -> None:
     async with rig() as it:
         await asyncio.sleep(HEALTH_POLL_S)
-        assert it.body().rest == MotorState(0, 0)
+        assert it.body().told.rest == MotorState(0, 0)
         it.axis().execute("1+MZ", now())
         await asyncio.sleep(3 * HEALTH_POLL_S)
         assert it.types("body.motion") == ["body.motion.foreign"]
@@ -422,7 +422,7 @@ async def test_motion_that_nobody_here_asked_for_is_reported_once_and_forgets_th
         it.axis().execute("5IS", now())
         await asyncio.sleep(HEALTH_POLL_S + 1.0)
         assert not it.body().moving
-        assert it.body().rest == MotorState(0, it.axis().position(now()))
+        assert it.body().told.rest == MotorState(0, it.axis().position(now()))
 
 
 @in_virtual_time
@@ -539,7 +539,10 @@ async def test_a_body_is_as_its_configuration_says() -> None:
     text = configuration(bodies=(), groups={}).replace("bodies = []", tables)
     plant = TestedPlant(parse(text, "test.toml"), open_transport=lambda _: Wire(build_line((0x3F,), 0.0)))
     [body] = plant.bodies()
-    assert (body.position_tolerance, body.scale) == (3, UnitsTable(unit="mm", pulses_per_unit=100.0))
+    assert (body.configured.position_tolerance, body.scale) == (
+        3,
+        UnitsTable(unit="mm", pulses_per_unit=100.0),
+    )
 
 
 @in_virtual_time
@@ -547,9 +550,9 @@ async def test_only_a_body_that_was_asked_itself_is_suspected_of_having_lost_its
     async with rig() as it:
         body, line = it.body(), it.plant.line("line1")
         line.on_change("body.offline", {"body": 0x3F, "asked": False})
-        assert (body.moving, body.went_silent) == (None, False)
+        assert (body.moving, body.life.was_silent) == (None, False)
         line.on_change("body.offline", {"body": 0x3F, "asked": True})
-        assert (body.moving, body.went_silent) == (None, True)
+        assert (body.moving, body.life.was_silent) == (None, True)
         assert [event.data for event in it.events("body.offline")] == [{"asked": False}, {"asked": True}]
 
 

@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from gateway.core.move_record import MoveStatus
-from gateway.rorze.jogs import BodyJogRequest
+from gateway.rorze.move_requests import BodyJogRequest
 from protocols.fics.homing import HomeRobot
 from protocols.fics.moves import MoveAbsolute
 from protocols.rorze.moves import MoveClockwise

@@ -100,7 +100,7 @@ async def test_where_the_configuration_says_so_every_motor_is_stopped() -> None:
         move = await start(it, LONG)
         it.axis(0x00).execute("2+M900000", now())  # by somebody else
         it.machine.look_after(0x00)
-        it.body("00").poll_due.set()
+        it.body("00").life.look_due.set()
         await asyncio.sleep(0.5)
         await it.plant.wind_down()
         assert move.status is MoveStatus.STOPPED
@@ -113,7 +113,7 @@ async def test_motion_of_somebody_else_is_left_alone_and_named() -> None:
     async with rig() as it:
         it.axis().execute("1+MZ", now())
         it.machine.look_after(0x3F)
-        it.body().poll_due.set()
+        it.body().life.look_due.set()
         await asyncio.sleep(0.5)
         await it.plant.wind_down()
         assert it.axis().motor.moving
@@ -155,7 +155,7 @@ async def test_nothing_new_begins_and_reads_and_stops_work_until_the_lines_are_c
 @in_virtual_time
 async def test_a_move_that_still_asks_where_it_begins_is_never_sent() -> None:
     async with rig(baud=9600) as it:
-        it.body().rest = None
+        it.body().told.rest_in_doubt()
         starting = asyncio.create_task(start(it, LONG))
         await it.wire.begun("&3F9CD")
         await it.plant.wind_down()

@@ -8,8 +8,8 @@ from gateway.core.alarms import words_of
 from gateway.core.next_calls import ACKNOWLEDGE, NextCall
 from gateway.fics.calls import HOME as HOME_ROBOT
 from gateway.fics.calls import RESET
-from gateway.rorze.calls import CLEAR_STATUS
-from gateway.rorze.calls import HOME as HOME_BODY
+from gateway.rorze.alarms import CLEAR_STATUS
+from gateway.rorze.alarms import HOME as HOME_BODY
 from gateway.texts import text
 from tests.recovery.japanese import JAPANESE
 from tests.recovery.stories import CLEAR, DISK, END, HOME, PANEL, STORIES, Story

@@ -20,7 +20,7 @@ from gateway.core.line_state import LineState
 from gateway.core.move_record import MoveStatus
 from gateway.core.stops import StopMode
 from gateway.fics.targets import is_missed
-from gateway.rorze.jogs import BodyJogRequest
+from gateway.rorze.move_requests import BodyJogRequest
 from protocols.fics.alarms import ResetErrors
 from protocols.fics.homing import HomeRobot
 from protocols.fics.moves import MoveRelative, MoveToPosition
@@ -273,7 +273,7 @@ class OfBody(Client):
         return self._axis.motor.moving
 
     def is_being_stopped(self) -> bool:
-        return self._body.being_stopped
+        return self._body.life.being_stopped
 
     def is_there(self, move: Any) -> bool:
         return bool(self._axis.motor.pulses(now()) == move.target_position)

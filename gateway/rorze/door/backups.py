@@ -32,13 +32,12 @@ from gateway.door.backups import (
 )
 from gateway.door.names import LineId
 from gateway.plant import Plant
-from gateway.rorze import backup, backup_scale
+from gateway.rorze import backup
 from gateway.rorze.backup import BodySource, Contents
 from gateway.rorze.backup_places import Section
 from gateway.rorze.backup_restore import BodyRestore
 from gateway.rorze.bodies import Body
-from gateway.rorze.family import Rorze
-from gateway.rorze.names import BodyId
+from gateway.rorze.family import BodyId, Rorze
 from protocols.rorze.inputs_outputs import SetOutputs
 from protocols.rorze.status import SetUserComment
 from protocols.rorze.user_program.assembler import Assembled
@@ -50,7 +49,7 @@ SMALL = "[body 3F]\n[settings]\n0SS10 ; origin offset, pulses\n"
 Bodies = Annotated[str | None, Field(description="These only, joined by commas: 00,3F. Left out: all.")]
 
 Held = Mapping[int, Contents]
-"""What a backup has of each body, by its number."""
+"""Content of the backup for each body, by its number."""
 
 
 def check_bodies(text: str) -> Held:
@@ -141,7 +140,7 @@ def _controllers(
                 f"{there_are([f'{it:02X}' for it in found])}; nothing was sent.",
                 "Name the body of the backup by `from_body`.",
             )
-    held = {body: backup_scale.for_body(found[source], body, units) for body, source in sources.items()}
+    held = {body: backup.for_body(found[source], body, units) for body, source in sources.items()}
     return rorze.restores, [
         BodyRestore(body, wanted, rorze.uploads, scale) for body, (wanted, scale) in held.items()
     ]
@@ -285,7 +284,7 @@ async def _for_body(plant: Plant, body_id: str, wanted: BodyComparisonRequest) -
 
 
 async def _held(plant: Plant, line_id: str, wanted: OfBodies) -> Held:
-    """What a backup has of bodies; errors as of `check_bodies` and `text_of_night`."""
+    """Read the bodies of a backup; errors as of `check_bodies` and `text_of_night`."""
     found = await aside(check_bodies, await text_of(plant, line_id, wanted))
     left = {number: it.without(wanted.without or ()) for number, it in found.items()}
     if not any(it.sections for it in left.values()):

@@ -9,18 +9,23 @@ from pydantic import BaseModel, Field, WithJsonSchema, model_validator
 from typing_extensions import TypedDict
 
 from gateway.core.errors import GatewayError
-from gateway.core.move_record import CountedIn
-from gateway.core.operation import Rows
+from gateway.core.move_record import CountedIn, Move
+from gateway.core.operation import Rows, Wait
 from gateway.core.records import RequestModel, SentBack, example, require_same
 from gateway.core.rights import Right
+from gateway.core.targets import CommandReplies, Target
 from gateway.core.times import age_ms_of, utc_of
 from gateway.door.caller import sees
+from gateway.door.doing import do_text
 from gateway.door.names import LineId
+from gateway.door.results import StopResult
 from gateway.plant import Plant
-from gateway.rorze.bodies import PULSES_RUNNING, Body
+from gateway.rorze.asked_body import Homed
+from gateway.rorze.bodies import Body
 from gateway.rorze.family import Rorze
+from gateway.rorze.knowledge import PULSES_RUNNING
 from gateway.rorze.line import Line
-from gateway.rorze.power import Homed
+from gateway.rorze.move_requests import SpeedRequest
 from gateway.rorze.signals import SensorBits
 from gateway.rorze.units import Length, Unit, require_whole
 from gateway.security import entries
@@ -38,7 +43,6 @@ from protocols.rorze.status import (
     GetEndCause,
     names_of,
 )
-from protocols.rorze.stops import Accelerate, ChangeSpeed, Decelerate
 from protocols.table import Ack
 
 ROWS: Final = Rows("bodies")
@@ -122,7 +126,7 @@ class Position(BaseModel):
 
 
 class PositionToCall(SentBack, json_schema_extra=example(value=0, unit="pulse")):
-    """What the present position shall be called: by `value` and `unit`, or by `pulses`, as GET gives it."""
+    """A number for the present position: by `value` and `unit`, or by `pulses`, as GET gives it."""
 
     read_only = frozenset(("body_id", "counted_in"))
     passing = frozenset(("read_at", "age_ms"))
@@ -145,7 +149,7 @@ class PositionToCall(SentBack, json_schema_extra=example(value=0, unit="pulse"))
         return self
 
     def pulses_of(self, body: Body) -> int:
-        """The same as the controller counts.
+        """The position as the controller counts.
 
         :raises InvalidRequest: the body has no scale for the unit, or something beside it is otherwise.
         """
@@ -225,40 +229,6 @@ class BodyStatus(BaseModel):
     age_ms: float
 
 
-class SpeedIncrease(RequestModel, json_schema_extra=example(mode="accelerate")):
-    """Accelerate to the maximum speed: command 5AS."""
-
-    mode: Literal["accelerate"]
-
-    def command(self) -> RorzeCommand[Any]:
-        """The controller's command for it."""
-        return Accelerate()
-
-
-class SpeedDecrease(RequestModel, json_schema_extra=example(mode="decelerate")):
-    """Decelerate to the start speed: command 5DS."""
-
-    mode: Literal["decelerate"]
-
-    def command(self) -> RorzeCommand[Any]:
-        """The controller's command for it."""
-        return Decelerate()
-
-
-class SpeedSetting(RequestModel, json_schema_extra=example(mode="change", speed=20_000)):
-    """Change to a speed: command 5CS."""
-
-    mode: Literal["change"]
-    speed: int = Field(ge=1, le=1_000_000, description="In pulses per second.")
-
-    def command(self) -> RorzeCommand[Any]:
-        """The controller's command for it."""
-        return ChangeSpeed(speed=self.speed)
-
-
-SpeedRequest = Annotated[SpeedIncrease | SpeedDecrease | SpeedSetting, Field(discriminator="mode")]
-
-
 class SpeedAccepted(BaseModel):
     """The controller has accepted a change of speed."""
 
@@ -269,7 +239,7 @@ class SpeedAccepted(BaseModel):
 @ROWS.get("/bodies/{body_id}/position")
 async def get_position(body: Body) -> Position:
     """Ask the controller where the motor stands (6PD), and for its mode where that is not known (EAD)."""
-    if body.mode is None:
+    if body.told.mode is None:
         await body.know_mode()
     reply, answered = await body.ask(WHERE)
     return _position(body, reply.pulses, answered.at)
@@ -349,7 +319,7 @@ async def list_bodies(plant: Plant, *, fresh: Fresh = False) -> BodyList:
 
 async def _poll_line(rorze: Rorze, line: Line) -> None:
     for command in (GetControllerStatus(), GetPosition()):
-        await rorze.sweeps[line.id].ask(rorze.bodies_of(line), command)
+        await rorze.sweep_of(line).ask(rorze.bodies_of(line), command)
 
 
 @ROWS.get("/bodies/{body_id}")
@@ -390,7 +360,7 @@ async def _sweep(
     plant.target(f"/lines/{line_id}")  # a line that leads to a robot says so
     rorze = plant.family(Rorze)
     line = rorze.lines[line_id]
-    results = await rorze.sweeps[line.id].ask(rorze.bodies_of(line), command)
+    results = await rorze.sweep_of(line).ask(rorze.bodies_of(line), command)
     told = {body: it for body, it in results.items() if not isinstance(it, GatewayError)}
     unanswered = [
         Unanswered(body_id=body.address, detail=it.detail)
@@ -415,12 +385,12 @@ def _flags(bits: int, names: tuple[str, ...]) -> dict[str, bool]:
 
 
 def _info(rorze: Rorze, body: Body) -> BodyInfo:
-    heard_at, position_at, online, scale = body.last_heard_at, body.position_at, body.online, body.scale
-    bits = body.status_bits
+    heard_at, place, online, scale = body.last_heard_at, body.told.place, body.online, body.scale
+    bits = body.told.status_bits
     return {
         "body_id": body.address,
         "line_id": body.line.id,
-        "name": body.name,
+        "name": body.configured.name,
         "online": online,
         "last_heard_at": None if heard_at is None else utc_of(heard_at),
         "known_age_s": None if heard_at is None else round(age_ms_of(heard_at) / 1000, 3),
@@ -432,7 +402,41 @@ def _info(rorze: Rorze, body: Body) -> BodyInfo:
         "pulses_per_unit": scale.pulses_per_unit if scale else None,
         "groups": [group.address for group in rorze.groups_of(body)],
         "counted_in": body.counted_in,
-        "position": body.position,
-        "position_read_at": None if position_at is None else utc_of(position_at),
+        "position": body.told.position,
+        "position_read_at": None if place is None else utc_of(place.at),
         "status": None if bits is None else names_of(bits, CONTROLLER_STATUS_BITS),
     }
+
+
+TEXTS: Final = Rows("commands")
+
+
+class RawRequest(RequestModel, json_schema_extra=example(text="6PD")):
+    """A command as it stands on the line, without introducer, body number and CR."""
+
+    text: Annotated[str, Field(pattern=r"^[0-9A-Z*+/-]{3}[ -%'-~]*$", max_length=58, examples=["6PD"])]
+
+
+class RawReply(BaseModel):
+    """The answer to a command as text."""
+
+    body_id: str
+    sent: str = Field(description="The exact bytes, CR as \\r.")
+    reply: str = Field(description="What followed the code in the reply, as it came.")
+    age_ms: float
+
+
+@TEXTS.post("/bodies/{body_id}/raw", Right.SETUP, leased=False, result=RawReply | StopResult, may_begin=Move)
+async def send_raw(
+    plant: Plant, body: Body, target: Target, raw: RawRequest, *, wait: Wait = None, keyed: bool
+) -> Any:
+    """Send a command as text. A command that moves makes a move, and one that stops makes a stop."""
+    command, result = await do_text(plant, target, raw.text, wait, keyed=keyed)
+    if not isinstance(result, CommandReplies):
+        return result
+    return RawReply(
+        body_id=body.address,
+        sent=body.line.frame_of(body.number, command),
+        reply=result.texts[0],
+        age_ms=age_ms_of(result.at or 0.0),
+    )

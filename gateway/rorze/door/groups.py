@@ -13,8 +13,7 @@ from gateway.core.tables import check_printable
 from gateway.door.caller import require, sees
 from gateway.plant import Plant
 from gateway.rorze.bodies import Group
-from gateway.rorze.family import Rorze
-from gateway.rorze.names import GroupId
+from gateway.rorze.family import GroupId, Rorze
 from protocols.rorze.link_master import MOST_MEMBERS
 
 ROWS: Final = Rows("groups")
@@ -40,7 +39,7 @@ def _check_name(name: str) -> str:
 
 
 class GroupDefinition(SentBack, json_schema_extra=example(members=["00", "3F"], name="pair")):
-    """What a group shall be."""
+    """The definition of a group."""
 
     read_only = frozenset(("group_id", "line_id"))
     compared_whole = False

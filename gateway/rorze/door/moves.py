@@ -6,17 +6,21 @@ from pydantic import BaseModel
 
 from gateway.core.move_record import Move, MoveRecord
 from gateway.core.operation import PlainText, Rows, Wait
+from gateway.core.origin import current
 from gateway.core.rights import Right
-from gateway.core.targets import Result, Target
-from gateway.door import moving
+from gateway.core.targets import Opened, Result, Stopped, Target
+from gateway.door import moving, stopping
 from gateway.door.csv_tables import CSV, csv_of
 from gateway.door.moving import Limit
-from gateway.door.results import GroupMove
+from gateway.door.results import GroupMove, StopResult
+from gateway.door.stops import SLOWLY, StopRequest
 from gateway.plant import Plant
-from gateway.rorze.door.bodies import SpeedRequest
-from gateway.rorze.move_requests import MoveRequest
+from gateway.rorze.bodies import Body
+from gateway.rorze.family import BodyId, GroupId, Rorze
+from gateway.rorze.move_requests import BodyJog, BodyJogRequest, MoveRequest, SpeedRequest
 from gateway.rorze.plans import GroupPlan, PlannedMove
 from gateway.rorze.samples import BodySamples
+from protocols.table import Effect
 
 ROWS: Final = Rows("moves")
 SAMPLES: Final = Rows("samples")
@@ -100,3 +104,52 @@ async def download_samples(target: Target, move_id: str) -> PlainText:
         for it in told.samples
     )
     return PlainText(csv_of(["time", "time_s", "pulses", "planned_pulses", *scaled], rows))
+
+
+JOGS: Final = Rows("jogs")
+
+
+@JOGS.post("/bodies/{body_id}/jogs", Right.OPERATE, effect=Effect.MOTION, result=BodyJog, opens=True)
+async def start_body_jog(plant: Plant, body: Body, jog: BodyJogRequest) -> Opened:
+    """Start to jog a body. It stops when no heartbeat has come for half a second.
+
+    It is a move of the same id, no further than `at_most`, 10 s at its top speed, or a soft limit.
+    """
+    plant.require_unlatched(body.address)
+    begun = await plant.family(Rorze).jogs.start(body, jog)
+    return Opened(f"/bodies/{body.address}/jogs/{begun.id}", begun)
+
+
+@JOGS.post("/bodies/{body_id}/jogs/{jog_id}/heartbeat", Right.OPERATE)
+async def keep_jogging_body(rorze: Rorze, body: Body, jog_id: str) -> BodyJog:
+    """Let the motor move for another half second; 409 when it is being stopped, or nobody can reach it."""
+    return rorze.jogs.heartbeat(jog_id, body)
+
+
+@JOGS.post(
+    "/bodies/{body_id}/jogs/{jog_id}/stop",
+    Right.STOP,
+    over="The motor was seen to stand still.",
+    stopping="It may still move: the stop is repeated.",
+)
+async def end_body_jog(rorze: Rorze, body: Body, jog_id: str) -> BodyJog:
+    """Stop the motor, and answer when it stands still.
+
+    Where that was not seen in time, the state is `stopping`; ask again until the state is another.
+    """
+    return await rorze.jogs.end(jog_id, body)
+
+
+STOPS: Final = Rows("stops")
+
+
+@STOPS.post("/bodies/{body_id}/stop", Right.STOP, result=StopResult)
+async def stop_body(plant: Plant, body_id: BodyId, stop: StopRequest = SLOWLY) -> Stopped:
+    """Stop a body by software: what waits is cancelled, and the stop goes out at the next frame boundary."""
+    return await stopping.stop(plant, current(), f"/bodies/{body_id}", stop.mode)
+
+
+@STOPS.post("/groups/{group_id}/stop", Right.STOP, result=StopResult)
+async def stop_group(plant: Plant, group_id: GroupId, stop: StopRequest = SLOWLY) -> Stopped:
+    """Stop all members of a group by software, with one frame for all and then one for each."""
+    return await stopping.stop(plant, current(), f"/groups/{group_id}", stop.mode)

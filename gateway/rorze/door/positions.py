@@ -19,12 +19,12 @@ from gateway.plant import Plant
 from gateway.rorze import positions
 from gateway.rorze.bodies import Body
 from gateway.rorze.family import Rorze
-from gateway.rorze.position_uploads import TableUpload
 from gateway.rorze.positions import (
     LAST_POSITION,
     NamedPosition,
     PositionReading,
     TablePosition,
+    TableUpload,
     WantedPosition,
 )
 from gateway.rorze.units import Length
@@ -82,13 +82,13 @@ class PositionsToStore(
 
 
 class PositionName(RequestModel, json_schema_extra=example(name="unload")):
-    """What a position is called."""
+    """A name for a position."""
 
     name: Name | None = Field(description="Null takes the name away.")
 
 
 class PositionLabel(BaseModel):
-    """What a position is called now."""
+    """The name that a position has now."""
 
     body_id: str
     number: int
@@ -316,7 +316,7 @@ async def _require_unchanged(plant: Plant, body: Body, upload: PositionsToStore)
     """
     numbers = (it.number for it in upload.positions)
     upload.require_unchanged(
-        BodyPositions(body_id=body.address, positions=[], flash=body.position_flash.held_of(numbers))
+        BodyPositions(body_id=body.address, positions=[], flash=body.flash.positions.held_of(numbers))
     )
     scale = body.scale
     for it in upload.positions:
@@ -333,7 +333,7 @@ def _table_of(plant: Plant, body: Body, held: Sequence[TablePosition]) -> BodyPo
     return BodyPositions(
         body_id=body.address,
         positions=[named(plant, body, it) for it in held],
-        flash=body.position_flash.held_of(it.number for it in held),
+        flash=body.flash.positions.held_of(it.number for it in held),
     )
 
 

@@ -25,7 +25,7 @@ ROWS: Final = Rows("programs")
 MAX_PROGRAM_BYTES: Final = 262_144
 """A full program of 6039 steps, with comments."""
 MOST_TOLD: Final = 100
-"""So many faults of a program are told at once."""
+"""Faults of a program that are told at once."""
 Flash = Annotated[bool, Field(description="For a source in plain text: write it to flash memory too.")]
 
 

@@ -9,10 +9,10 @@ from gateway.plant import Plant
 from gateway.rorze.family import Rorze
 from gateway.rorze.scans import Scan
 
-ROWS: Final = Rows("lines")
+SCANS: Final = Rows("lines")
 
 
-@ROWS.post("/lines/{line_id}/scans", Right.SETUP, leased=False, over="The scan is over.")
+@SCANS.post("/lines/{line_id}/scans", Right.SETUP, leased=False, over="The scan is over.")
 async def start_scan(plant: Plant, line_id: LineId, *, wait: Wait = None) -> Scan:
     """Ask all 120 body numbers of the line, between its other work, whether somebody is there.
 
@@ -24,7 +24,7 @@ async def start_scan(plant: Plant, line_id: LineId, *, wait: Wait = None) -> Sca
     return await rorze.scans.get(line_id, scan.id, wait or 0.0)
 
 
-@ROWS.get("/lines/{line_id}/scans/{scan_id}")
+@SCANS.get("/lines/{line_id}/scans/{scan_id}")
 async def get_scan(plant: Plant, line_id: LineId, scan_id: str, *, wait: Wait = None) -> Scan:
     """Get a scan, at once or when it is over."""
     plant.target(f"/lines/{line_id}")

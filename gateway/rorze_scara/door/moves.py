@@ -6,16 +6,19 @@ from pydantic import BaseModel
 
 from gateway.core.move_record import MoveRecord
 from gateway.core.operation import Rows, Wait
+from gateway.core.origin import current
 from gateway.core.rights import Right
-from gateway.core.targets import BegunMoves, Target
-from gateway.door import moving
+from gateway.core.targets import BegunMoves, Stopped, Target
+from gateway.door import moving, stopping
 from gateway.door.moving import Limit
+from gateway.door.results import StopResult
+from gateway.door.stops import SLOWLY, StopRequest
 from gateway.plant import Plant
-from gateway.rorze_scara.extension import Scaras
+from gateway.rorze_scara.extension import ScaraId, Scaras
+from gateway.rorze_scara.preparation import at_own_speed
 from gateway.rorze_scara.record import PlannedScaraMove, ScaraMove, ScaraSamples
 from gateway.rorze_scara.requests import ScaraMoveRequest
 from gateway.rorze_scara.scara import Scara
-from gateway.rorze_scara.speed import at_own_speed
 
 ROWS: Final = Rows("scara moves")
 
@@ -72,3 +75,12 @@ async def get_scara_samples(target: Target, move_id: str) -> ScaraSamples:
     """
     told: ScaraSamples = await moving.samples(target, move_id)
     return told
+
+
+STOPS: Final = Rows("scaras")
+
+
+@STOPS.post("/scaras/{scara_id}/stop", Right.STOP, result=StopResult)
+async def stop_scara(plant: Plant, scara_id: ScaraId, stop: StopRequest = SLOWLY) -> Stopped:
+    """Stop all axes of a robot by software, with one frame for all and then one for each."""
+    return await stopping.stop(plant, current(), f"/scaras/{scara_id}", stop.mode)

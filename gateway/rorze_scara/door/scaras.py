@@ -12,7 +12,7 @@ from gateway.core.rights import Right
 from gateway.core.times import age_ms_of, utc_of
 from gateway.door.caller import sees
 from gateway.plant import Plant
-from gateway.rorze.power import Homed
+from gateway.rorze.asked_body import Homed
 from gateway.rorze_scara import geometry, paths
 from gateway.rorze_scara.extension import Scaras
 from gateway.rorze_scara.geometry import Geometry, HeldGeometry, wanted
@@ -110,7 +110,7 @@ class Kinematics(ScaraPlace):
 
 
 class ControllerGeometry(Geometry):
-    """What a controller holds."""
+    """The mechanics that a controller holds."""
 
     body_id: str
     axis: int = Field(description="The one that it drives.")
@@ -262,7 +262,7 @@ def _info(scara: Scara) -> ScaraInfo:
         homed=_homed(scara),
         power_cycled=_power_cycled(scara),
         axes=[
-            ScaraAxis(axis=axis, body_id=body.address, position=body.position)
+            ScaraAxis(axis=axis, body_id=body.address, position=body.told.position)
             for axis, body in enumerate(scara.members)
         ],
         geometry=Geometry.of(scara.robot),

@@ -248,8 +248,8 @@ async def test_every_view_of_a_body_tells_how_old_it_is(stand: Stand) -> None:
 @on_stand({"arm": [{"id": "3F"}]})
 async def test_a_body_that_never_answered_has_no_age(stand: Stand) -> None:
     body = stand.plant.body("3F")
-    body._heard_at = None
-    body.line._session._heard_at.clear()
+    body.told.heard_at = None
+    body.line.presence._heard_at.clear()
     told = (await stand.get("/bodies/3F")).json()
     assert (told["last_heard_at"], told["known_age_s"], told["homed"]) == (None, None, "unknown")
 

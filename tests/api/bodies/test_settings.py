@@ -5,8 +5,7 @@ from typing import Any
 
 import pytest
 
-from gateway.rorze.settings_document import Settings
-from gateway.rorze.settings_table import SETTINGS
+from gateway.rorze.settings_table import SETTINGS, Settings
 from tests.api.bodies.test_speed_sets import set_by
 from tests.api.stand import RELATIVE, Stand, on_stand
 

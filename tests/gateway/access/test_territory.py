@@ -73,7 +73,7 @@ def test_an_address_of_two_lines_is_told_as_such(plant: Plant) -> None:
 def test_a_group_defined_anew_gives_nobody_more(plant: Plant) -> None:
     territory = plant.territory
     rorze = plant.family(Rorze)
-    rorze._add_group(Group(rorze.lines["arm"], 0x80, [rorze.body("arm.00"), rorze.body("arm.01")]))
+    rorze._groups._add(Group(rorze.lines["arm"], 0x80, [rorze.body("arm.00"), rorze.body("arm.01")]))
     key = somebody("arm.80")
     assert territory.covers(key, "arm.3F")
     assert not territory.covers(key, "arm.00")

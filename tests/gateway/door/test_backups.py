@@ -15,6 +15,7 @@ from gateway.core.origin import Origin
 from gateway.core.restore_record import Restore, RestorePlan, Units
 from gateway.door import backups, doing, stopping
 from gateway.rorze.asked_body import is_mark
+from gateway.rorze.bodies import Configured
 from gateway.rorze.door import backups as of_bodies
 from gateway.rorze.door.programs import ProgramSource
 from gateway.rorze.units import Scale
@@ -123,7 +124,7 @@ AT_250 = "250 pulses/mm"
 @in_virtual_time
 async def test_a_backup_tells_places_by_their_names_and_in_the_unit_of_the_body() -> None:
     async with one_body() as it:
-        it.plant.body("3F").scale = SCALED
+        it.plant.body("3F").configured = Configured(scale=SCALED)
         now = asyncio.get_running_loop().time()
         it.axis().execute("3PSP[3],-999999999", now)
         it.axis().execute("UDSD5,-77", now)
@@ -151,12 +152,12 @@ def test_a_backup_of_another_scale_is_refused_until_it_is_said_what_shall_stay(
     @in_virtual_time
     async def story() -> None:
         async with one_body() as it:
-            it.plant.body("3F").scale = Scale(unit="um", pulses_per_unit=0.25)
+            it.plant.body("3F").configured = Configured(scale=Scale(unit="um", pulses_per_unit=0.25))
             with pytest.raises(
                 InvalidRequest, match=r"100 pulses/mm, and line1\.3F has 0\.25 pulses/um: the same"
             ):
                 await planned(it, text)
-            it.plant.body("3F").scale = Scale(unit="mm", pulses_per_unit=250.0)
+            it.plant.body("3F").configured = Configured(scale=Scale(unit="mm", pulses_per_unit=250.0))
             with pytest.raises(InvalidRequest, match=AT_250):
                 await restored(it, text)
             plan, over = await planned(it, text, units), await restored(it, text, units=units)
@@ -196,10 +197,10 @@ def test_what_no_scale_converts_is_refused_by_name(more: str, why: str) -> None:
     @in_virtual_time
     async def story() -> None:
         async with one_body() as it:
-            it.plant.body("3F").scale = Scale(unit="mm", pulses_per_unit=250.0)
+            it.plant.body("3F").configured = Configured(scale=Scale(unit="mm", pulses_per_unit=250.0))
             with pytest.raises(InvalidRequest, match=why):
                 await planned(it, f"[body 3F]\n[scale]\n100 pulses/mm\n{more}", "convert")
-            it.plant.body("3F").scale = Scale(unit="deg", pulses_per_unit=100.0)
+            it.plant.body("3F").configured = Configured(scale=Scale(unit="deg", pulses_per_unit=100.0))
             with pytest.raises(InvalidRequest, match="one is not converted to the other"):
                 await planned(it, f"[body 3F]\n[scale]\n100 pulses/mm\n{more}", "convert")
 

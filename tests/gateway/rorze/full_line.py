@@ -17,7 +17,7 @@ async def full_line(
 ) -> AsyncIterator[Rig]:
     """Start one that is known throughout."""
     async with rig(bodies=bodies, groups={}, baud=9600, options=options, wire=wire) as running:
-        sweep = running.plant.rorze.sweeps["line1"]
+        sweep = running.plant.rorze.sweep_of(running.plant.rorze.lines["line1"])
         while sweep.groups and not all(map(sweep.covers, running.plant.bodies())):  # noqa: ASYNC110  # no event
             await asyncio.sleep(0.1)
         yield running

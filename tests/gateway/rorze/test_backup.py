@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from gateway.core.errors import InvalidText, Misplaced
 from gateway.rorze.backup import Contents, commands, differences, parse, written
 from gateway.rorze.backup_places import PLACES_OF, Command, Section, normal, place_of
-from gateway.rorze.bodies import Body
+from gateway.rorze.bodies import Body, Configured
 from gateway.rorze.units import Scale
 from protocols.rorze.commands import COMMANDS as CODES
 from protocols.rorze.inputs_outputs import SetErrorOutput, SetInterruptAction, SetInterruptMode
@@ -72,7 +72,7 @@ CONTENTS = st.fixed_dictionaries(
 
 
 def body(scale: Scale | None = None) -> Body:
-    return Body(None, 0x3F, scale=scale)  # type: ignore[arg-type]  # nothing is asked
+    return Body(None, 0x3F, Configured(scale=scale))  # type: ignore[arg-type]  # nothing is asked
 
 
 @given(CONTENTS)

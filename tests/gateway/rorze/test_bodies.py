@@ -10,7 +10,8 @@ import pytest
 from gateway.core.errors import BodyBusy, BodyOffline, ControllerRefused, NoReply
 from gateway.core.lanes import Lane
 from gateway.core.move_record import Move
-from gateway.rorze.bodies import Body, Group, MotorState
+from gateway.rorze.bodies import Body, Group
+from gateway.rorze.knowledge import MotorState
 from protocols.rorze.moves import MoveClockwise
 from protocols.rorze.position import GetPosition, SetEncoderCount, SetPosition, SignedPulses
 from protocols.rorze.programs import RunProgram, StepProgram
@@ -158,9 +159,9 @@ async def test_what_is_heard_for_anybody_is_known_of_the_body() -> None:
         far.once("&029CD0", (0.01, ">&029CD0"))
         await one.ask(GetPosition())
         await one.ask(GetControllerStatus())
-        assert (one.position, one.status_bits, one.moving) == (-7, 5, True)
+        assert (one.told.position, one.told.status_bits, one.moving) == (-7, 5, True)
         await one.ask(GetControllerStatus(bit=0))
-        assert (one.moving, one.position_at is not None) == (False, True)
+        assert (one.moving, one.told.place is not None) == (False, True)
         assert news == [
             ("body.status.changed", {"status": ["pulses_running", "ems_error"]}),
             ("body.motion.foreign", {}),
@@ -191,7 +192,7 @@ async def test_a_reading_that_was_asked_for_before_a_command_says_nothing_of_wha
         await one.ask(SetPosition(position=0))
         reply, _ = await reading
         assert reply.pulses == 1500
-        assert (one.position, one.poll_due.is_set()) == (None, True)
+        assert (one.told.position, one.life.look_due.is_set()) == (None, True)
 
 
 @virtual
@@ -201,9 +202,9 @@ async def test_a_setting_makes_nobody_forget_a_position_but_it_is_asked_again_be
         looking = asyncio.create_task(one.poll())
         await asyncio.sleep(0)
         await one.ask(SetStartSpeed(speed=500))
-        assert one.rest is None
+        assert one.told.rest is None
         await looking
-        assert (one.position, one.moving, one.rest) == (0, False, None)
+        assert (one.told.position, one.moving, one.told.rest) == (0, False, None)
 
 
 @pytest.mark.parametrize("command", [SetPosition(position=0), SetEncoderCount(count=0)])
@@ -213,7 +214,7 @@ async def test_the_place_that_proves_a_move_is_not_renamed_under_it(
 ) -> None:
     far = FarEnd()
     async with plant(far) as (group, one, _other):
-        one.move = a_move(one)
+        one.claim(a_move(one))
         for target in (one, group):
             with pytest.raises(BodyBusy, match=rf"has the move m1; {command.code} was not sent"):
                 await target.ask(command)
@@ -225,7 +226,7 @@ async def test_while_a_body_has_a_move_a_single_status_does_not_say_whether_it_m
     far = FarEnd()
     async with plant(far) as (_, one, _other):
         await one.poll()
-        one.move = a_move(one)
+        one.claim(a_move(one))
         one.was_set_going(MoveClockwise(distance=1))
         news = told_by(one)
         await one.poll()
@@ -242,13 +243,13 @@ async def test_a_program_may_move_the_body_it_was_started_on() -> None:
         await one.poll()
         await other.poll()
         for body in (one, other):
-            body.poll_due.clear()
+            body.life.look_due.clear()
         await one.ask(RunProgram())
-        assert (one.moving, one.rest, one.poll_due.is_set()) == (None, None, True)
-        assert (other.moving, other.poll_due.is_set()) == (False, False)
+        assert (one.moving, one.told.rest, one.life.look_due.is_set()) == (None, None, True)
+        assert (other.moving, other.life.look_due.is_set()) == (False, False)
         far.once("&80USG", (0.01, ">&80USG[02:][3F:]"))
         await group.ask(StepProgram())
-        assert (other.moving, other.poll_due.is_set()) == (None, True)
+        assert (other.moving, other.life.look_due.is_set()) == (None, True)
 
 
 @virtual
@@ -259,8 +260,8 @@ async def test_what_moved_when_it_fell_silent_counts_as_moving_and_what_stood_ma
         for body in (one, other):
             body.fell_silent()
         assert [body.moving for body in (one, other)] == [None, True]
-        assert [body.went_silent for body in (one, other)] == [True, True]
-        assert (one.rest, other.rest) == (None, None)
+        assert [body.life.was_silent for body in (one, other)] == [True, True]
+        assert (one.told.rest, other.told.rest) == (None, None)
 
 
 @virtual
@@ -269,7 +270,7 @@ async def test_a_group_knows_what_its_members_have_told() -> None:
     async with plant(far) as (group, one, other):
         far.once("&809CD", (0.01, ">&809CD[02:H00][3F:H04]"))
         await group.ask(GetControllerStatus())
-        assert [(body.moving, body.status_bits) for body in (one, other)] == [(False, 0), (False, 4)]
+        assert [(body.moving, body.told.status_bits) for body in (one, other)] == [(False, 0), (False, 4)]
 
 
 @virtual

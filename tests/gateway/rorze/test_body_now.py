@@ -1,6 +1,6 @@
 """The state of a body at one moment, and the unit of its position."""
 
-from gateway.rorze.body_now import BodyNow
+from gateway.rorze.live import BodyNow
 from protocols.rorze.modes import GetOperatingMode, SetOperatingMode
 from protocols.rorze.position import GetPosition, SetPosition
 from tests.plants import in_virtual_time, rig

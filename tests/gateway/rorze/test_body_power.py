@@ -10,8 +10,8 @@ import pytest
 from gateway.core.errors import BodyBusy, PowerCycled
 from gateway.core.lanes import Lane
 from gateway.core.move_record import MoveStatus
-from gateway.rorze.poll_intervals import MARK_POLL_S
 from gateway.rorze.power import PROOF_HOLDS_S
+from gateway.rorze.probes import MARK_POLL_S
 from protocols.rorze.flash import SaveSettings
 from protocols.rorze.interpolation import StartInterpolation
 from protocols.rorze.modes import GetSoftLimits, SetSoftLimits
@@ -127,7 +127,7 @@ async def unmarked() -> AsyncIterator[Rig]:
     """A full line that has just begun: it takes long until all its bodies have their marks."""
     async with rig(bodies=FULL, groups={}, baud=9600, beginning=True) as it:
         await finished(it, MoveClockwise(distance=500), "77")
-        assert it.body("77").power.mark is None
+        assert it.body("77").power.mark.text is None
         yield it
 
 
@@ -222,7 +222,7 @@ async def test_motion_by_another_host_is_not_taken_for_a_loss_of_power() -> None
         it.machine.look_after(0x3F)
         it.wire.turn()
         await asyncio.sleep(NOTICED_S)
-        assert it.body().position == 700
+        assert it.body().told.position == 700
         assert news(it) == []
         assert (await finished(it, TO_500)).status is MoveStatus.SUCCEEDED
 
@@ -460,17 +460,17 @@ async def test_a_comment_with_somebodys_own_text_is_left_alone_and_told_once() -
         assert (await finished(it, TO_500)).status is MoveStatus.SUCCEEDED
         await it.body().ask(SetUserComment(comment_number=7, text=""))
         await asyncio.sleep(1.0)
-        assert it.axis().settings.comments[6] == it.body().power.mark
+        assert it.axis().settings.comments[6] == it.body().power.mark.text
 
 
 @in_virtual_time
 async def test_a_mark_in_flash_memory_proves_nothing_and_is_written_anew() -> None:
     async with rig(bodies=(0x3F,), groups={}) as it:
-        old = it.body().power.mark
+        old = it.body().power.mark.text
         await it.body().ask(SaveSettings())
         await asyncio.sleep(1.0)
         assert it.axis().flash.settings.comments[6] == old
-        assert it.body().power.mark not in (None, old)
+        assert it.body().power.mark.text not in (None, old)
         brown_out(it)
         await asyncio.sleep(MARK_POLL_S + 1.0)
         assert news(it) == [CUT]
@@ -481,7 +481,7 @@ async def test_a_garbled_mark_is_written_again_and_another_number_can_be_configu
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     async with rig(bodies=(0x3F,), groups={}, body_options="power_comment = 2") as it:
-        assert it.axis().settings.comments[1] == it.body().power.mark
+        assert it.axis().settings.comments[1] == it.body().power.mark.text
         execute = it.axis().execute
         garbled: list[str] = []
 
@@ -495,7 +495,7 @@ async def test_a_garbled_mark_is_written_again_and_another_number_can_be_configu
         await it.body().ask(SaveSettings())
         await asyncio.sleep(1.0)
         assert garbled
-        assert it.axis().settings.comments[1] == it.body().power.mark
+        assert it.axis().settings.comments[1] == it.body().power.mark.text
 
 
 @in_virtual_time
@@ -601,6 +601,6 @@ async def test_one_garbled_reading_of_a_setting_is_no_loss_of_power() -> None:
         body = it.body()
         await body.ask(LIMITS)
         reply, _ = await body.ask(GetSoftLimits())
-        body.note_reply(GetSoftLimits(), reply.model_copy(update={"upper": 9001}), now())
+        body.has_replied(GetSoftLimits(), reply.model_copy(update={"upper": 9001}), now())
         await asyncio.sleep(NOTICED_S)
         assert news(it) == []

@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from gateway.rorze.poll_intervals import HEALTH_POLL_S, IDLE_POLL_S, MARK_POLL_S, is_prompt
+from gateway.rorze.probes import HEALTH_POLL_S, IDLE_POLL_S, MARK_POLL_S, is_prompt
 from protocols.rorze.position import GetPosition
 from simulator.faults import Direction
 from tests.gateway.rorze.test_body_power import brown_out, now

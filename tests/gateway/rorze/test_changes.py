@@ -6,9 +6,9 @@ from typing import Final
 
 import pytest
 
-from gateway.rorze.errors import PartlyDone
+from gateway.rorze.exchange import PartlyDone
 from gateway.rorze.settings import change_settings, read_settings
-from gateway.rorze.settings_document import BodySettingsChange
+from gateway.rorze.settings_table import BodySettingsChange
 from protocols.rorze.position import GetPosition
 from simulator.faults import Direction, Fault, Switch
 from tests.api.bodies.test_homing import axis_of

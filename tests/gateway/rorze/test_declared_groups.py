@@ -47,7 +47,7 @@ async def test_at_the_start_half_of_the_line_is_left_to_others(declared: str) ->
             await asyncio.sleep(1.0)
             shares.append(health(it))
         assert max(shares) <= HEALTH_AT_THE_START
-        assert all(body.power.mark for body in it.plant.bodies())
+        assert all(body.power.mark.text for body in it.plant.bodies())
 
 
 @pytest.mark.parametrize("declared", DECLARED)
@@ -72,7 +72,9 @@ async def test_all_stops_are_confirmed_soon_while_30_motors_move_and_nobody_is_a
 async def test_the_plants_own_groups_serve_a_sweep() -> None:
     async with rig(bodies=FULL, groups=GROUPS, baud=9600) as it:
         sent = len(it.wire.sent)
-        told = await it.plant.rorze.sweeps["line1"].ask(it.plant.bodies(), GetPosition())
+        told = await it.plant.rorze.sweep_of(it.plant.rorze.lines["line1"]).ask(
+            it.plant.bodies(), GetPosition()
+        )
         assert len(told) == len(FULL)
         assert sum(frame[1] == "8" and frame.endswith("6PD") for frame in it.wire.frames(sent)) == len(GROUPS)
 
@@ -80,7 +82,7 @@ async def test_the_plants_own_groups_serve_a_sweep() -> None:
 @in_virtual_time
 async def test_a_group_that_is_defined_while_the_gateway_runs_serves_too() -> None:
     async with rig(bodies=FULL, groups={}, baud=9600) as it:
-        sweep = it.plant.rorze.sweeps["line1"]
+        sweep = it.plant.rorze.sweep_of(it.plant.rorze.lines["line1"])
         assert not sweep.covers(it.body("00"))
         await it.plant.define_group("82", ["00", "01", "02"])
         assert sweep.covers(it.body("00"))

@@ -6,7 +6,7 @@ import pytest
 
 from gateway.config import parse
 from gateway.core.toml_files import ConfigError
-from gateway.rorze.edges import SensorEdges
+from gateway.rorze.knowledge import SensorEdges
 from protocols.rorze.inputs_outputs import GetInputs, Inputs, Sensors
 from protocols.rorze.link import UnknownMessage, program_text
 from protocols.rorze.modes import EventMask, SetEventMask
@@ -149,12 +149,12 @@ async def test_an_input_that_is_found_changed_is_an_edge_too() -> None:
 def test_what_is_told_first_is_no_edge() -> None:
     told: list[tuple[str, dict[str, object]]] = []
     edges = SensorEdges({}, lambda kind, facts: told.append((kind, facts)))
-    edges.read(Inputs(bits=0x3FF))
+    edges.replied(GetInputs(), Inputs(bits=0x3FF), 0.0)
     edges.reported({"S": 0x21, "I": 0x3FF})
     assert not told
-    edges.read(Sensors(bits=0x20))
-    edges.read(Sensors(on=1))
-    edges.read(Ack())
+    edges.replied(GetInputs(), Sensors(bits=0x20), 0.0)
+    edges.replied(GetInputs(), Sensors(on=1), 0.0)
+    edges.replied(GetInputs(), Ack(), 0.0)
     assert told == [("body.sensor.changed", {"sensor": "stall", "on": False})]
 
 

@@ -7,7 +7,7 @@ import pytest
 from gateway.core.errors import BodyBusy, ControllerRefused, InvalidText
 from gateway.door import Door
 from gateway.rorze.door.programs import check
-from gateway.rorze.endless_programs import has_no_end
+from gateway.rorze.stored_program import has_no_end
 from protocols.rorze.programs import AddProgramInstruction, RunProgram, StepProgram
 from protocols.rorze.user_program.instruction import parse
 from tests.plants import Rig, in_virtual_time, rig

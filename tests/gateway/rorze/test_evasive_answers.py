@@ -61,7 +61,7 @@ async def test_an_absent_member_of_a_group_for_sweeps_is_found_out() -> None:
     ) as it:
         await asyncio.sleep(60.0)
         switch(it, 0x05, on=False)
-        sweep = it.plant.rorze.sweeps["line1"]
+        sweep = it.plant.rorze.sweep_of(it.plant.rorze.lines["line1"])
         bodies = it.plant.bodies()
         for _ in range(2):
             told = await sweep.ask(bodies, GetPosition())

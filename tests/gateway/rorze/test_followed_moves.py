@@ -10,7 +10,8 @@ from gateway.core.errors import Expired, PortNotOpen
 from gateway.core.lanes import Lane
 from gateway.core.move_record import LOST_AFTER_S, MoveStatus
 from gateway.core.silence import OUT_OF_REACH_S
-from gateway.rorze.bodies import Body, MotorState
+from gateway.rorze.bodies import Body
+from gateway.rorze.knowledge import MotorState
 from protocols.rorze.moves import MoveClockwise, MoveClockwiseSlowly
 from protocols.rorze.notation import PositionReference
 from protocols.rorze.position_table import GetPositionEntry
@@ -158,7 +159,7 @@ async def test_an_announced_end_is_evidence_where_nothing_more_is_heard() -> Non
         move = await start(it, LONG)
         await asyncio.sleep(0.5)
         it.machine.switch_body(0x3F, on=False, now=now())
-        it.body().announced()
+        it.body().motion.end_was_announced()
         await ended(it, move)
         assert move.status is MoveStatus.UNKNOWN
         assert "announced the end" in move.evidence[-1]

@@ -81,7 +81,7 @@ async def test_nobody_is_called_unreadable_where_clients_take_the_whole_line_fro
         for reader in readers:
             reader.cancel()
         await asyncio.sleep(30.0)
-        assert all(body.position is not None for body in it.plant.bodies())
+        assert all(body.told.position is not None for body in it.plant.bodies())
 
 
 @in_virtual_time

@@ -46,7 +46,7 @@ async def refused_move(rig: Rig, error: int) -> GatewayError:
 
 
 def status_of(body: Body) -> list[str]:
-    return names_of(body.status_bits or 0, CONTROLLER_STATUS_BITS)
+    return names_of(body.told.status_bits or 0, CONTROLLER_STATUS_BITS)
 
 
 @pytest.mark.parametrize("error", sorted(INTERNAL_ERRORS))

@@ -16,7 +16,8 @@ from gateway.core.errors import (
 )
 from gateway.core.jogs import HEARTBEAT_S, JogOutOfReach, JogOver
 from gateway.core.move_record import MoveStatus
-from gateway.rorze.jogs import LONGEST_S, BodyJog, BodyJogRequest, BodyJogs
+from gateway.rorze.jogs import LONGEST_S, BodyJogs
+from gateway.rorze.move_requests import BodyJog, BodyJogRequest
 from gateway.rorze.units import Length
 from protocols.rorze.encoder import SetEncoderRatio
 from protocols.rorze.modes import SetOperatingMode, SetSoftLimits

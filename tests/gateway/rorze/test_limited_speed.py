@@ -8,10 +8,8 @@ from pydantic import ValidationError
 from gateway.core.errors import BodyBusy, InvalidRequest, StoppedFirst
 from gateway.core.origin import Origin
 from gateway.core.targets import BegunMoves
-from gateway.rorze.jogs import BodyJogRequest
-from gateway.rorze.limited_speed import Rate
-from gateway.rorze.move_requests import AbsoluteMoveRequest, RelativeMoveRequest
-from gateway.rorze.plans import PlannedMove
+from gateway.rorze.move_requests import AbsoluteMoveRequest, BodyJogRequest, RelativeMoveRequest
+from gateway.rorze.plans import PlannedMove, Rate
 from gateway.rorze.speed_sets import SpeedSetWanted, change_set, read_set
 from gateway.rorze.units import Length
 from protocols.rorze.patterns import SetPattern, SetSpeedChange

@@ -31,7 +31,7 @@ async def test_a_mark_is_read_back_before_it_counts() -> None:
     async with rig() as it:
         forget(it)
         await it.body().mark.ensure(Lane.VERIFY)
-        assert comment(it) == it.body().power.mark
+        assert comment(it) == it.body().power.mark.text
         assert is_mark(comment(it))
         assert await it.body().mark.stands(Lane.VERIFY)
 
@@ -62,12 +62,12 @@ async def test_a_mark_that_was_saved_before_it_was_read_back_is_not_used() -> No
         writing = asyncio.create_task(it.body().mark.ensure(Lane.VERIFY))
         await it.wire.begun("&3F9VD7")
         await asyncio.sleep(0.05)  # its reply, and the writing
-        saved = it.body().power.candidate
+        saved = it.body().power.mark.candidate
         assert saved
-        it.body().power.note_done(_save())
+        it.body().power.done(_save(), certain=False)
         await writing
-        assert it.body().power.mark not in (None, saved)
-        assert comment(it) == it.body().power.mark
+        assert it.body().power.mark.text not in (None, saved)
+        assert comment(it) == it.body().power.mark.text
 
 
 def _save() -> SetUserComment:

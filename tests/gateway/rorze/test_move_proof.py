@@ -7,6 +7,7 @@ import pytest
 
 from gateway.core.errors import BodyBusy, ControllerRefused
 from gateway.core.move_record import LOST_AFTER_S, Move, MoveStatus
+from gateway.rorze.bodies import Configured
 from protocols.rorze.modes import SetOperatingMode
 from protocols.rorze.moves import MoveClockwise, MoveCounterclockwise, MoveTo
 from protocols.rorze.origin import Home, HomeFastThenStop
@@ -216,7 +217,7 @@ async def test_only_an_encoder_may_find_the_motor_beside_its_target(
     mode: Literal["encoder", "stepping"], missed_by: int, status: MoveStatus, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     async with rig() as it:
-        it.body().position_tolerance = 3
+        it.body().configured = Configured(position_tolerance=3)
         await it.body().ask(SetOperatingMode(mode=mode))
         stop_beside(it, monkeypatch, missed_by)
         move = await finished(it, SHORT)
@@ -227,7 +228,7 @@ async def test_only_an_encoder_may_find_the_motor_beside_its_target(
 @in_virtual_time
 async def test_a_lost_move_that_is_shorter_than_the_tolerance_is_not_taken_for_done() -> None:
     async with rig(baud=9600) as it:
-        it.body().position_tolerance = 3
+        it.body().configured = Configured(position_tolerance=3)
         await it.body().ask(SetOperatingMode(mode="encoder"))
         await finished(it, TO_5000)
         move = await finished_losing(it, MoveClockwise(distance=2), Direction.REQUESTS)
@@ -490,7 +491,7 @@ async def test_an_end_that_is_announced_late_is_waited_for_at_0() -> None:
         await asyncio.sleep(2.3)
         assert not it.axis().motor.moving
         assert not move.status.final
-        it.body().move_ended.set()
+        it.body().motion.announced.set()
         await ended(it, move)
         assert (move.status, move.completion) == (MoveStatus.SUCCEEDED, "frame")
 

@@ -95,7 +95,7 @@ async def test_a_late_announcement_of_an_earlier_end_does_not_end_the_move() -> 
     async with rig() as it:
         move = await start(it, LONG)
         await asyncio.sleep(0.3)
-        it.body().move_ended.set()
+        it.body().motion.announced.set()
         sent = len(it.wire.sent)
         await asyncio.sleep(1.0)
         assert move.status is MoveStatus.MOVING
@@ -191,7 +191,7 @@ async def test_a_body_that_another_host_moves_is_sent_nothing_and_is_known_to_mo
         assert (move.status, move.sent_at) == (MoveStatus.CANCELLED, None)
         await asyncio.sleep(0.1)
         assert it.body().moving
-        assert it.body().rest is None
+        assert it.body().told.rest is None
         assert it.types("body.motion") == ["body.motion.foreign"]
         assert not [frame for frame in it.wire.frames(sent) if "1+M" in frame]
 
@@ -206,7 +206,7 @@ async def test_a_body_that_begins_to_move_just_before_the_command_is_followed_un
         assert "something else moves the motor" in move.evidence[0]
         await asyncio.sleep(0.5)
         assert it.body().moving
-        assert it.body().rest is None
+        assert it.body().told.rest is None
         await it.plant.stops.stop([it.body()], "immediate")
         assert (await ended(it, move)).status is MoveStatus.STOPPED
 

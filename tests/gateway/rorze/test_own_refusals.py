@@ -12,12 +12,11 @@ from gateway.door.calls import carry_out
 from gateway.rorze import curves, patterns, settings
 from gateway.rorze.backup import text_of
 from gateway.rorze.curves import get_curve
-from gateway.rorze.jogs import BodyJogRequest
-from gateway.rorze.limited_speed import Rate
-from gateway.rorze.own_refusals import COMMAND_ERROR
+from gateway.rorze.knowledge import COMMAND_ERROR
+from gateway.rorze.move_requests import BodyJogRequest
 from gateway.rorze.patterns import PatternChange, PatternValues, alter_pattern, get_pattern, list_patterns
-from gateway.rorze.plans import PlannedMove
-from gateway.rorze.settings_document import BodySettingsChange
+from gateway.rorze.plans import PlannedMove, Rate
+from gateway.rorze.settings_table import BodySettingsChange
 from protocols.rorze.moves import MoveClockwise
 from protocols.rorze.patterns import GetPattern
 from protocols.rorze.status import ClearControllerStatus, GetControllerStatus

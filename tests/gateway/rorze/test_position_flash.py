@@ -4,7 +4,7 @@ import asyncio
 
 import pytest
 
-from gateway.rorze.position_flash import PositionFlash
+from gateway.rorze.knowledge import FlashPositions
 from gateway.rorze.positions import WantedPosition, read_one, store
 from protocols.rorze.flash import EraseFlash, LoadPositions, SavePositions
 from protocols.rorze.inputs_outputs import SetInterruptAction
@@ -12,6 +12,7 @@ from protocols.rorze.notation import PositionReference
 from protocols.rorze.position_table import (
     AddToPositionEntry,
     ClearPositionEntries,
+    GetNumberedPositionEntry,
     NumberedPositionEntry,
     SetPositionEntry,
 )
@@ -28,40 +29,40 @@ def entry(number: int, pulses: int) -> NumberedPositionEntry:
     return NumberedPositionEntry(position=number, pulses=pulses)
 
 
-def saved() -> PositionFlash:
+def saved() -> FlashPositions:
     """A body whose positions were just saved, and one of them read."""
-    flash = PositionFlash()
-    flash.note_done(SavePositions(), certain=True)
-    flash.note_read(entry(7, 100))
+    flash = FlashPositions()
+    flash.done(SavePositions(), certain=True)
+    flash.replied(GetNumberedPositionEntry(entry=SEVEN), entry(7, 100), 0.0)
     return flash
 
 
 def test_nothing_is_known_before_positions_were_seen_saved_or_loaded() -> None:
-    flash = PositionFlash()
-    flash.note_read(entry(7, 100))
+    flash = FlashPositions()
+    flash.replied(GetNumberedPositionEntry(entry=SEVEN), entry(7, 100), 0.0)
     assert flash.held(7) is None
 
 
 def test_what_was_read_before_it_was_set_is_what_flash_memory_holds() -> None:
     flash = saved()
-    flash.note_sent(SetPositionEntry(entry=SEVEN, pulses=500), is_known=True)
-    flash.note_read(entry(7, 500))
-    flash.note_read(entry(8, 3))
+    flash.sent(SetPositionEntry(entry=SEVEN, pulses=500), is_known=True)
+    flash.replied(GetNumberedPositionEntry(entry=SEVEN), entry(7, 500), 0.0)
+    flash.replied(GetNumberedPositionEntry(entry=SEVEN), entry(8, 3), 0.0)
     assert (flash.held(7), flash.held(8)) == (100, 3)
 
 
 def test_a_loss_of_power_leaves_flash_memory_as_it_was() -> None:
     flash = saved()
-    flash.note_power_on()
-    flash.note_read(entry(8, 3))
+    flash.powered_on(certain=True)
+    flash.replied(GetNumberedPositionEntry(entry=SEVEN), entry(8, 3), 0.0)
     assert (flash.held(7), flash.held(8)) == (100, None)
 
 
 def test_what_is_loaded_is_the_same_in_both() -> None:
     flash = saved()
-    flash.note_sent(SetPositionEntry(entry=PositionReference(position=8), pulses=5), is_known=True)
-    flash.note_done(LoadPositions(), certain=True)
-    flash.note_read(entry(8, 3))
+    flash.sent(SetPositionEntry(entry=PositionReference(position=8), pulses=5), is_known=True)
+    flash.done(LoadPositions(), certain=True)
+    flash.replied(GetNumberedPositionEntry(entry=SEVEN), entry(8, 3), 0.0)
     assert (flash.held(7), flash.held(8)) == (100, 3)
 
 
@@ -77,23 +78,23 @@ def test_what_is_loaded_is_the_same_in_both() -> None:
 )
 def test_what_may_change_a_position_unseen_teaches_nothing_more(command: RorzeCommand[Ack]) -> None:
     flash = saved()
-    flash.note_sent(command, is_known=True)
-    flash.note_read(entry(8, 3))
+    flash.sent(command, is_known=True)
+    flash.replied(GetNumberedPositionEntry(entry=SEVEN), entry(8, 3), 0.0)
     assert (flash.held(7), flash.held(8)) == (100, None)
 
 
 def test_other_commands_change_nothing() -> None:
     flash = saved()
-    flash.note_sent(StopImmediately(), is_known=True)
-    flash.note_read(entry(8, 3))
+    flash.sent(StopImmediately(), is_known=True)
+    flash.replied(GetNumberedPositionEntry(entry=SEVEN), entry(8, 3), 0.0)
     assert flash.held(8) == 3
 
 
 def test_what_may_change_flash_memory_itself_ends_all_knowledge() -> None:
     unknown, erased, unsure = saved(), saved(), saved()
-    unknown.note_sent(StopImmediately(), is_known=False)
-    erased.note_sent(EraseFlash(store="positions"), is_known=True)
-    unsure.note_done(SavePositions(), certain=False)
+    unknown.sent(StopImmediately(), is_known=False)
+    erased.sent(EraseFlash(store="positions"), is_known=True)
+    unsure.done(SavePositions(), certain=False)
     assert [flash.held(7) for flash in (unknown, erased, unsure)] == [None] * 3
 
 
@@ -104,7 +105,7 @@ async def test_what_flash_memory_holds_comes_back_with_the_power() -> None:
         await store(body, [WantedPosition(7, 100)], flash=True)
         await read_one(body, 7)
         await store(body, [WantedPosition(7, 500)])
-        assert ((await read_one(body, 7)).pulses, body.position_flash.held(7)) == (500, 100)
+        assert ((await read_one(body, 7)).pulses, body.flash.positions.held(7)) == (500, 100)
         it.machine.brown_out(0x3F, 0.5, asyncio.get_running_loop().time())
         it.wire.turn()
         await asyncio.sleep(10.0)

@@ -8,8 +8,7 @@ import pytest
 
 from gateway.core.errors import BodyBusy, InvalidRequest
 from gateway.rorze.door.positions import named
-from gateway.rorze.position_uploads import TableUpload
-from gateway.rorze.positions import NamedPosition, TablePosition, WantedPosition, read
+from gateway.rorze.positions import NamedPosition, TablePosition, TableUpload, WantedPosition, read
 from protocols.rorze.position import GetPosition
 from tests.plants import Rig, in_virtual_time, rig
 from tests.watching import watching

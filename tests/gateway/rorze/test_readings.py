@@ -7,7 +7,7 @@ from contextlib import aclosing
 import pytest
 
 from gateway.core.errors import NotSent
-from gateway.rorze.readings import AHEAD, believed, closely
+from gateway.rorze.asked_body import AHEAD, believed, closely
 from protocols.rorze.moves import MoveTo
 from protocols.rorze.notation import PositionReference
 from protocols.rorze.position_table import SetPositionEntry

@@ -17,9 +17,8 @@ from pydantic import ValidationError
 from gateway.core.errors import BodyOffline, Cancelled, Expired, GarbledReply, HeldUp, NoReply
 from gateway.core.fence import FENCE_TRIES
 from gateway.core.lanes import Lane
-from gateway.rorze.exchange import Answered, Outcome, ReplyFrame, RorzeExchange
+from gateway.rorze.exchange import CLEAN_AFTER_S, Answered, Outcome, ReplyFrame, RorzeExchange
 from gateway.rorze.line import lane_of
-from gateway.rorze.readings import CLEAN_AFTER_S
 from gateway.rorze.session import (
     NONCES,
     READ_REPEATS,
@@ -354,7 +353,7 @@ def test_a_read_with_a_number_of_its_own_leaves_the_line_in_step(it: Bench) -> N
 
 def test_after_three_silent_bodies_nobody_else_is_asked_and_the_others_are_not_blamed(it: Bench) -> None:
     offline: list[tuple[int, bool]] = []
-    it.session.on_offline = lambda body, asked: offline.append((body, asked))
+    it.session.presence.on_offline = lambda body, asked: offline.append((body, asked))
     asked = [it.ask(READ, body) for body in it.session.bodies]
     it.next()
     fences = []
@@ -371,7 +370,7 @@ def test_after_three_silent_bodies_nobody_else_is_asked_and_the_others_are_not_b
 def told_silent(it: Bench) -> list[int]:
     """The bodies that are told to be silent, from now on."""
     told: list[int] = []
-    it.session.on_offline = lambda body, _asked: told.append(body)
+    it.session.presence.on_offline = lambda body, _asked: told.append(body)
     return told
 
 
@@ -383,7 +382,7 @@ def test_on_a_clean_line_a_question_and_a_fence_without_an_answer_tell_of_a_sile
     assert it.next() == "fence 02 3ND"
     assert told == []
     it.fall_silent()
-    assert (told, it.session.silent, it.session.offline) == ([2], {2}, set())
+    assert (told, it.session.presence.silent, it.session.offline) == ([2], {2}, set())
     for _ in range(FENCE_TRIES - 1):
         assert it.next() == "fence 02 3ND"
         it.fall_silent()
@@ -393,7 +392,7 @@ def test_on_a_clean_line_a_question_and_a_fence_without_an_answer_tell_of_a_sile
 @pytest.mark.parametrize("answers", [True, False])
 def test_a_body_that_was_told_silent_is_told_back_or_probed(it: Bench, answers: bool) -> None:
     back: list[int] = []
-    it.session.on_online = back.append
+    it.session.presence.on_online = back.append
     it.ask(READ)
     for _ in range(2):
         it.next()
@@ -401,7 +400,7 @@ def test_a_body_that_was_told_silent_is_told_back_or_probed(it: Bench, answers: 
     assert it.next() == "fence 02 3ND"
     if answers:
         it.answer()
-        assert (back, it.session.silent) == ([2], set())
+        assert (back, it.session.presence.silent) == ([2], set())
     else:  # the port goes, and nobody finds out
         it.session.break_off(LOST, UNSENT)
         assert (back, it.session.offline) == ([], {2})
@@ -409,7 +408,7 @@ def test_a_body_that_was_told_silent_is_told_back_or_probed(it: Bench, answers: 
 
 def test_members_that_tell_something_in_the_reply_of_their_group_are_back(it: Bench) -> None:
     back: list[int] = []
-    it.session.on_online = back.append
+    it.session.presence.on_online = back.append
     it.session.groups[0x80] = [3, 4]
     it.session.offline.update((3, 4))
     it.ask(GetControllerStatus(), 0x80)
@@ -559,7 +558,7 @@ def test_a_member_that_tells_something_in_the_reply_of_its_group_is_asked_as_any
     it.ask(GetControllerStatus(), 0x80)
     it.next()
     it.hear(GroupAnswer(0x80, "9CD", {2: Answer(2, "9CD", "H00"), 3: Answer(3, "9CD", "H00")}))
-    assert it.session.mute == set()
+    assert it.session.presence.mute == set()
 
 
 @pytest.mark.parametrize("others_prove", [True, False])
@@ -588,7 +587,7 @@ def test_who_does_not_answer_a_stop_is_the_last_to_witness_anything(it: Bench) -
         it.answer()
         it.now += 0.1
     stop_in_vain(it, 5)
-    assert it.session.latest_first([3, 4, 5]) == [4, 3, 5]
+    assert it.session.presence.latest_first([3, 4, 5]) == [4, 3, 5]
 
 
 def test_one_body_that_answers_no_stop_makes_no_bad_line(it: Bench) -> None:

@@ -139,7 +139,7 @@ async def test_the_members_of_a_forgotten_group_are_stopped_nevertheless() -> No
 @in_virtual_time
 async def test_an_axis_of_an_interpolated_move_takes_its_group_with_it() -> None:
     async with rig() as it:
-        it.body("00").move = Move(
+        move = Move(
             id="1",
             body_id="line1.00",
             group_id="line1.80",
@@ -148,6 +148,7 @@ async def test_an_axis_of_an_interpolated_move_takes_its_group_with_it() -> None
             frame="&80HMM",
             created_at=datetime.now(UTC),
         )
+        it.body("00").claim(move)
         reports = await it.plant.stops.stop([it.body("00")], "immediate")
         assert [report.body_id for report in reports] == ["line1.00", "line1.01"]
 

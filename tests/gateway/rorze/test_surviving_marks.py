@@ -138,7 +138,7 @@ async def test_a_program_that_moves_the_motor_explains_where_it_is() -> None:
         run = await it.plant.rorze.runs.start(it.body(), RunProgram())
         await it.plant.rorze.runs.wait(run, 60.0)
         await asyncio.sleep(NOTICED_S)
-        assert (run.status, run.end_cause, it.body().position) == ("ended", "normal", 800)
+        assert (run.status, run.end_cause, it.body().told.position) == ("ended", "normal", 800)
         assert not it.body().power.cycled
 
 
@@ -204,5 +204,5 @@ async def test_a_move_whose_acknowledgement_was_lost_and_that_was_stopped_is_sto
         move = await ended(it, await starting)
         await stop
         assert (move.status, move.end_cause) == (MoveStatus.STOPPED, "stop_command")
-        assert move.position == it.body().stopped_at
+        assert move.position == it.body().motion.stopped_at
         assert not it.body().power.cycled

@@ -9,7 +9,7 @@ from gateway.core.jogs import JogOver
 from gateway.core.loop_watch import DOUBT_S, SUSPENDED_S
 from gateway.core.move_record import MoveStatus
 from gateway.fics.errors import UploadBrokenOff
-from gateway.rorze.bodies import MotorState
+from gateway.rorze.knowledge import MotorState
 from protocols.fics.homing import HomeRobot
 from protocols.fics.moves import MoveRelative
 from protocols.fics.speeds import SetSpeedPercent
@@ -76,7 +76,7 @@ async def test_a_move_that_waits_for_the_line_does_not_begin_late() -> None:
 async def test_a_move_that_still_asks_where_it_begins_is_never_sent() -> None:
     async with rig(baud=9600) as it:
         lid = Lid(it.plant)
-        it.body().rest = None
+        it.body().told.rest_in_doubt()
         starting = asyncio.create_task(start(it, LONG))
         await it.wire.begun("&3F9CD")
         lid.close_for()
@@ -131,7 +131,7 @@ async def test_where_a_motor_rested_is_asked_again() -> None:
     async with rig() as it:
         lid = Lid(it.plant)
         await it.body().poll()
-        assert it.body().rest == MotorState(0, 0)
+        assert it.body().told.rest == MotorState(0, 0)
         it.axis().execute("1+M300", asyncio.get_running_loop().time())
         it.machine.look_after(0x3F)
         await asyncio.sleep(0.3)
@@ -147,7 +147,7 @@ async def test_a_loop_that_was_held_for_a_moment_is_told_and_nothing_is_cancelle
 ) -> None:
     async with rig(baud=9600) as it:
         lid = Lid(it.plant)
-        it.body().rest = None
+        it.body().told.rest_in_doubt()
         starting = asyncio.create_task(start(it, LONG))
         await it.wire.begun("&3F9CD")
         lid.close_for(1.5)

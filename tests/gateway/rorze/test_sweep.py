@@ -7,7 +7,7 @@ import pytest
 
 from gateway.core.errors import GatewayError
 from gateway.rorze.bodies import Body
-from gateway.rorze.sweep import Sweep, SweepAnswer, parts_of
+from gateway.rorze.probes import Sweep, SweepAnswer, parts_of
 from protocols.rorze.link_master import MOST_MEMBERS
 from protocols.rorze.position import GetPosition, SignedPulses
 from protocols.rorze.status import GetControllerStatus
@@ -21,7 +21,7 @@ BODIES = range(8)
 
 
 def sweep_of(rig: Rig) -> Sweep:
-    return rig.plant.rorze.sweeps["line1"]
+    return rig.plant.rorze.sweep_of(rig.plant.rorze.lines["line1"])
 
 
 async def positions(rig: Rig) -> dict[str, int | None]:

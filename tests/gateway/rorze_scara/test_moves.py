@@ -23,8 +23,8 @@ from gateway.core.move_record import MoveStatus
 from gateway.core.origin import Origin
 from gateway.core.stops import CONFIRM_WITHIN_S
 from gateway.core.targets import BegunMoves
-from gateway.rorze.limited_speed import Rate
 from gateway.rorze.move_requests import RelativeMoveRequest
+from gateway.rorze.plans import Rate
 from gateway.rorze.speed_sets import read_set
 from gateway.rorze.units import Length
 from gateway.rorze_scara import paths
@@ -370,12 +370,12 @@ async def test_axes_of_unlike_standard_speeds_get_the_gentlest_and_single_axes_g
             assert isinstance(move, ScaraMove)
             assert move.status is MoveStatus.SUCCEEDED
             assert {(await read_set(body, 29)).acceleration_pps_s for body in robot.scara.members} == {50_000}
-            base.slow_written = None
+            base.own_speed.written = None
             for back in ("cw", "ccw"):
                 one = alone.model_copy(update={"direction": back})
                 await start(robot.rig.plant, ME, "/bodies/line1.02", one, 30.0)
             assert (await read_set(base, 29)).acceleration_pps_s == 300_000
-            base.slow_written = None
+            base.own_speed.written = None
 
 
 # What is refused

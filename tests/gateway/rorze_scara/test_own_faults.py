@@ -7,8 +7,8 @@ import pytest
 
 from gateway.core.errors import GatewayError
 from gateway.core.move_record import MoveStatus
-from gateway.rorze.mark import Mark
 from gateway.rorze.move_proof import MoveProof
+from gateway.rorze.power import Mark
 from gateway.rorze_scara import geometry, moves, preparation
 from gateway.rorze_scara.moves import ScaraMoves
 from tests.gateway.rorze_scara.cell import START, Cell, cell, mm

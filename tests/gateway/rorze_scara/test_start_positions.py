@@ -8,7 +8,7 @@ import pytest
 
 from gateway.core.errors import GatewayError
 from gateway.core.move_record import MoveStatus
-from gateway.rorze.start_positions import PreparationOutdated
+from gateway.rorze.moves import PreparationOutdated
 from protocols.rorze.interpolation import (
     PrepareMoveAlongX,
     SetStartPosition,

@@ -6,7 +6,7 @@ from typing import Any, Literal, NotRequired, TypeAlias, TypedDict
 
 
 class AboutSetting(TypedDict):
-    """What the manual says of a setting."""
+    """The manual's words on a setting."""
 
     command: str
     """The code that sets it."""
@@ -1873,7 +1873,7 @@ class CapturePulse(TypedDict):
 
 
 class CaptureRequest(TypedDict):
-    """What an edge in the next move is to do; what is left out, it does not."""
+    """Actions of an edge in the next move; an action that is left out is not done."""
 
     edge: Literal["off", "falling", "rising"]
     """`off` only of what is not armed, as GET gives it; DELETE disarms."""
@@ -1922,7 +1922,7 @@ class CapturedValue(TypedDict):
 
 
 class ChangeStep(TypedDict):
-    """What became of one value that was asked for."""
+    """The outcome of one value that was asked for."""
 
     name: str
     command: str
@@ -2116,7 +2116,7 @@ class ControllerEvent(TypedDict):
 
 
 class ControllerGeometry(TypedDict):
-    """What a controller holds."""
+    """The mechanics that a controller holds."""
 
     type: Literal["three_axes", "two_axes_belt_linked"]
     arm: LinkLength
@@ -2244,7 +2244,7 @@ class Encoder(TypedDict):
 
 
 class EncoderChange(TypedDict):
-    """What of the set-up of the encoder shall change; the rest stays as it is."""
+    """Changes of the set-up of the encoder; the rest stays as it is."""
 
     encoder_multiplier: NotRequired[Literal["double", "quadruple"] | None]
     """PAS: edges counted for each encoder line (RC-420 manual 13.7.3)."""
@@ -3030,7 +3030,7 @@ class GeometryApplication(TypedDict):
 
 
 class GroupDefinition(TypedDict):
-    """What a group shall be."""
+    """The definition of a group."""
 
     members: list[str]
     """Addresses of bodies on one line, such as 02 or arm.02."""
@@ -3200,7 +3200,7 @@ class Homing(TypedDict):
 
 
 class HomingChange(TypedDict):
-    """What of the set-up of homing shall change; the rest stays as it is."""
+    """Changes of the set-up of homing; the rest stays as it is."""
 
     origin_offset: NotRequired[int | None]
     """0SS: pulses from the CW edge of the origin sensor to the origin."""
@@ -3232,7 +3232,7 @@ class HomingOfShift(TypedDict):
 
 
 class HomingSettings(TypedDict):
-    """What origin searches and the centring of stall dogs go by (RC-420 manual 13.5, 13.6.2)."""
+    """Settings of origin searches and of the centring of stall dogs (RC-420 manual 13.5, 13.6.2)."""
 
     origin_offset: NotRequired[int | None]
     """0SS: pulses from the CW edge of the origin sensor to the origin."""
@@ -3394,7 +3394,7 @@ class Kinematics(TypedDict):
 
 
 class LastHoming(TypedDict):
-    """What became of the last search."""
+    """The outcome of the last search."""
 
     homed: Literal["yes", "no", "unknown"]
     distance: int
@@ -4214,14 +4214,14 @@ class Memory(TypedDict):
 
 
 class MemoryChange(TypedDict):
-    """What a memory shall hold."""
+    """A number for a memory."""
 
     value: int | None
     """Null, as GET gives it, leaves what is no number as it is."""
 
 
 class MemoryChanges(TypedDict):
-    """What memories shall hold."""
+    """Numbers for memories."""
 
     memories: list[NamedMemory]
 
@@ -4488,7 +4488,7 @@ class OutputState(TypedDict):
 
 
 class OutputSwitch(TypedDict):
-    """What an output shall be."""
+    """A level for an output."""
 
     on: bool
 
@@ -4547,7 +4547,7 @@ class Pattern(TypedDict):
 
 
 class PatternChange(TypedDict):
-    """What of a pattern shall change; the rest stays as it is."""
+    """Changes of a pattern; the rest stays as it is."""
 
     changes: NotRequired[list[SpeedChangeRequest] | None]
     acceleration_set: NotRequired[int | None]
@@ -4778,7 +4778,7 @@ class PositionEntry(TypedDict):
 
 
 class PositionLabel(TypedDict):
-    """What a position is called now."""
+    """The name that a position has now."""
 
     body_id: str
     number: int
@@ -4802,7 +4802,7 @@ class PositionMoveRequest(TypedDict):
 
 
 class PositionName(TypedDict):
-    """What a position is called."""
+    """A name for a position."""
 
     name: str | None
     """Null takes the name away."""
@@ -4852,7 +4852,7 @@ class PositionTable(TypedDict):
 
 
 class PositionToCall(TypedDict):
-    """What the present position shall be called: by `value` and `unit`, or by `pulses`, as GET gives it."""
+    """A number for the present position: by `value` and `unit`, or by `pulses`, as GET gives it."""
 
     value: NotRequired[float | None]
     """Pulses are whole numbers."""
@@ -4904,7 +4904,7 @@ class Posture(TypedDict):
 
 
 class PowerAcknowledged(TypedDict):
-    """What lets it go to places again."""
+    """The reason why it may go to places again."""
 
     by: Literal["homing", "set_position", "request"]
 
@@ -4976,7 +4976,7 @@ class ProgramRun(TypedDict):
 
 
 class ProgramState(TypedDict):
-    """What a body says of its user program now, and the last run that the gateway has started."""
+    """A body's answer about its user program, and the last run that the gateway has started."""
 
     body_id: str
     running: bool
@@ -4995,7 +4995,7 @@ class ProgramState(TypedDict):
 
 
 class ProgramText(TypedDict):
-    """What a user program tells (SDC, SDD)."""
+    """Text that a user program sends (SDC, SDD)."""
 
     text: str
 
@@ -5038,7 +5038,7 @@ class Rate(TypedDict):
 
 
 class RawReply(TypedDict):
-    """What was answered."""
+    """The answer to a command as text."""
 
     body_id: str
     sent: str
@@ -5168,7 +5168,7 @@ class Reloaded(TypedDict):
 
 
 class Resolution(TypedDict):
-    """What comes of motor and encoder."""
+    """The encoder's settings that follow from motor and encoder."""
 
     body_id: str
     encoder_multiplier: Literal["double", "quadruple"]
@@ -5183,7 +5183,7 @@ class Resolution(TypedDict):
 
 
 class ResolutionRequest(TypedDict):
-    """What a turn of the shaft is to the motor, and to the encoder."""
+    """A turn of the shaft, in steps of the motor and in lines of the encoder."""
 
     motor_steps_per_turn: int
     """Pulses that turn the motor once."""
@@ -6623,7 +6623,7 @@ class ScaraAxis(TypedDict):
 
 
 class ScaraAxisMove(TypedDict):
-    """What one axis does in a move of the robot."""
+    """One axis in a move of the robot."""
 
     axis: int
     """0 is the base, 1 the arm, 2 the finger."""
@@ -7184,7 +7184,7 @@ class SettingsChange(TypedDict):
 
 
 class SettingsNews(TypedDict):
-    """What of its settings, speed sets or patterns is otherwise now."""
+    """Settings, speed sets or patterns that are otherwise now."""
 
     commands: list[str]
     """What was sent and read back, in order, without frames."""
@@ -7565,7 +7565,7 @@ class Stretch(TypedDict):
 
 
 class Strictness(TypedDict):
-    """Whether acknowledgements are believed only between two fences."""
+    """The new strictness of a line: strict, it believes acknowledgements only between two fences."""
 
     strict: bool
 

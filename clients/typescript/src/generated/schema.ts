@@ -3858,7 +3858,7 @@ export interface components {
     schemas: {
         /**
          * AboutSetting
-         * @description What the manual says of a setting.
+         * @description The manual's words on a setting.
          */
         AboutSetting: {
             /**
@@ -8565,7 +8565,7 @@ export interface components {
         };
         /**
          * CaptureRequest
-         * @description What an edge in the next move is to do; what is left out, it does not.
+         * @description Actions of an edge in the next move; an action that is left out is not done.
          * @example {
          *       "edge": "rising",
          *       "position": 25
@@ -8665,7 +8665,7 @@ export interface components {
         };
         /**
          * ChangeStep
-         * @description What became of one value that was asked for.
+         * @description The outcome of one value that was asked for.
          */
         ChangeStep: {
             /** Name */
@@ -9060,7 +9060,7 @@ export interface components {
         };
         /**
          * ControllerGeometry
-         * @description What a controller holds.
+         * @description The mechanics that a controller holds.
          */
         ControllerGeometry: {
             /**
@@ -9352,7 +9352,7 @@ export interface components {
         };
         /**
          * EncoderChange
-         * @description What of the set-up of the encoder shall change; the rest stays as it is.
+         * @description Changes of the set-up of the encoder; the rest stays as it is.
          * @example {
          *       "encoder_stall_threshold": 128
          *     }
@@ -10771,7 +10771,7 @@ export interface components {
         };
         /**
          * GroupDefinition
-         * @description What a group shall be.
+         * @description The definition of a group.
          * @example {
          *       "members": [
          *         "00",
@@ -11164,7 +11164,7 @@ export interface components {
         };
         /**
          * HomingChange
-         * @description What of the set-up of homing shall change; the rest stays as it is.
+         * @description Changes of the set-up of homing; the rest stays as it is.
          * @example {
          *       "homing_retries": 1,
          *       "origin_offset": 20
@@ -11232,7 +11232,7 @@ export interface components {
         };
         /**
          * HomingSettings
-         * @description What origin searches and the centring of stall dogs go by (RC-420 manual 13.5, 13.6.2).
+         * @description Settings of origin searches and of the centring of stall dogs (RC-420 manual 13.5, 13.6.2).
          */
         HomingSettings: {
             /**
@@ -11552,7 +11552,7 @@ export interface components {
         };
         /**
          * LastHoming
-         * @description What became of the last search.
+         * @description The outcome of the last search.
          */
         LastHoming: {
             /**
@@ -13562,7 +13562,7 @@ export interface components {
         };
         /**
          * MemoryChange
-         * @description What a memory shall hold.
+         * @description A number for a memory.
          * @example {
          *       "value": 12
          *     }
@@ -13576,7 +13576,7 @@ export interface components {
         };
         /**
          * MemoryChanges
-         * @description What memories shall hold.
+         * @description Numbers for memories.
          * @example {
          *       "memories": [
          *         {
@@ -14147,7 +14147,7 @@ export interface components {
         };
         /**
          * OutputSwitch
-         * @description What an output shall be.
+         * @description A level for an output.
          * @example {
          *       "on": true
          *     }
@@ -14277,7 +14277,7 @@ export interface components {
         };
         /**
          * PatternChange
-         * @description What of a pattern shall change; the rest stays as it is.
+         * @description Changes of a pattern; the rest stays as it is.
          * @example {
          *       "deceleration_set": 13
          *     }
@@ -14762,7 +14762,7 @@ export interface components {
         };
         /**
          * PositionLabel
-         * @description What a position is called now.
+         * @description The name that a position has now.
          */
         PositionLabel: {
             /** Body Id */
@@ -14817,7 +14817,7 @@ export interface components {
         };
         /**
          * PositionName
-         * @description What a position is called.
+         * @description A name for a position.
          * @example {
          *       "name": "unload"
          *     }
@@ -14928,7 +14928,7 @@ export interface components {
         };
         /**
          * PositionToCall
-         * @description What the present position shall be called: by `value` and `unit`, or by `pulses`, as GET gives it.
+         * @description A number for the present position: by `value` and `unit`, or by `pulses`, as GET gives it.
          * @example {
          *       "unit": "pulse",
          *       "value": 0
@@ -15053,7 +15053,7 @@ export interface components {
         };
         /**
          * PowerAcknowledged
-         * @description What lets it go to places again.
+         * @description The reason why it may go to places again.
          */
         PowerAcknowledged: {
             /**
@@ -15215,7 +15215,7 @@ export interface components {
         };
         /**
          * ProgramState
-         * @description What a body says of its user program now, and the last run that the gateway has started.
+         * @description A body's answer about its user program, and the last run that the gateway has started.
          */
         ProgramState: {
             /** Body Id */
@@ -15252,7 +15252,7 @@ export interface components {
         };
         /**
          * ProgramText
-         * @description What a user program tells (SDC, SDD).
+         * @description Text that a user program sends (SDC, SDD).
          */
         ProgramText: {
             /** Text */
@@ -15353,7 +15353,7 @@ export interface components {
         };
         /**
          * RawReply
-         * @description What was answered.
+         * @description The answer to a command as text.
          */
         RawReply: {
             /** Body Id */
@@ -15645,7 +15645,7 @@ export interface components {
         };
         /**
          * Resolution
-         * @description What comes of motor and encoder.
+         * @description The encoder's settings that follow from motor and encoder.
          */
         Resolution: {
             /** Body Id */
@@ -15673,7 +15673,7 @@ export interface components {
         };
         /**
          * ResolutionRequest
-         * @description What a turn of the shaft is to the motor, and to the encoder.
+         * @description A turn of the shaft, in steps of the motor and in lines of the encoder.
          * @example {
          *       "encoder_lines_per_turn": 100,
          *       "motor_steps_per_turn": 1000
@@ -19445,7 +19445,7 @@ export interface components {
         };
         /**
          * ScaraAxisMove
-         * @description What one axis does in a move of the robot.
+         * @description One axis in a move of the robot.
          */
         ScaraAxisMove: {
             /**
@@ -20812,7 +20812,7 @@ export interface components {
         };
         /**
          * SettingsNews
-         * @description What of its settings, speed sets or patterns is otherwise now.
+         * @description Settings, speed sets or patterns that are otherwise now.
          */
         SettingsNews: {
             /**
@@ -21578,7 +21578,7 @@ export interface components {
         };
         /**
          * Strictness
-         * @description Whether acknowledgements are believed only between two fences.
+         * @description The new strictness of a line: strict, it believes acknowledgements only between two fences.
          */
         Strictness: {
             /** Strict */
