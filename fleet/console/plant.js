@@ -76,7 +76,7 @@ function showGateways() {
     const heard = it.state === "online" && !it.conflict;
     const row = made("li", "", { className: heard ? (alarmed.has(it.name) ? "alarmed" : "") : "unheard" });
     const name = made("p");
-    name.append(made("b", it.name), " ", made("a", say("openConsole"), { href: it.url, target: "_blank", rel: "noreferrer" }));
+    name.append(made("b", it.name), " ", made("a", say("openConsole"), { href: heard ? `gateways/${it.name}/` : it.url, target: "_blank", rel: "noreferrer" }));
     const told = it.conflict ? say("conflict") : heard ? say("online") : it.heard_age_s === null ? say("never") : say("unheard", { age: age(it.heard_age_s) });
     row.append(name, made("p", told), made("small", `${say("lines", { lines: it.lines.join(", ") })} · ${it.version ?? ""}`));
     return row;
