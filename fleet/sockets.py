@@ -4,7 +4,7 @@ import asyncio
 import logging
 from typing import Final
 
-from starlette.websockets import WebSocket
+from starlette.websockets import WebSocket, WebSocketDisconnect
 from websockets.asyncio.client import ClientConnection, connect
 from websockets.exceptions import ConnectionClosed, InvalidHandshake
 
@@ -26,7 +26,7 @@ async def pass_on(websocket: WebSocket, opening: connect) -> None:
     except (OSError, TimeoutError, InvalidHandshake) as error:
         log.info("a stream of a gateway is not reached: %s", error)
         await websocket.close(TRY_LATER, "the gateway is not reached, or refuses the stream")
-    except RuntimeError:  # the client has closed it itself
+    except (RuntimeError, WebSocketDisconnect):  # the client has closed it itself
         return
 
 
