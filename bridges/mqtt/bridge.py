@@ -14,7 +14,7 @@ from paho.mqtt.subscribeoptions import SubscribeOptions
 from bridges.common.mirror import Document
 from bridges.common.process import Host, Kind
 from bridges.mqtt import operations
-from bridges.mqtt.broker import CLOUD_EVENT, Connection, new_client, will
+from bridges.mqtt.broker import CLOUD_EVENT, EVENTS_AT_ONCE, Connection, new_client, will
 from bridges.mqtt.checks import check
 from bridges.mqtt.commands import Commands
 from bridges.mqtt.operations import Operation, Operations
@@ -50,7 +50,7 @@ class Bridge:
     def __init__(self, file: MqttFile, host: Host) -> None:
         self._file, self._host, self._root = file, host, file.root
         self._v5 = file.mqtt.version == "5"
-        self._events = Outbox(on_arrival=host.figures.events.inc)
+        self._events = Outbox(at_once=EVENTS_AT_ONCE, on_arrival=host.figures.events.inc)
         self._retained = Retained(file.root, host.mirror, host.figures)
         self._operations: Operations | None = None
         self._commands = Commands(file.root, host.callers, host.figures, self._find)

@@ -18,6 +18,8 @@ JSON: Final = "application/json"
 CLOUD_EVENT: Final = "application/cloudevents+json"
 IN_FLIGHT: Final = 64
 """Messages that wait for their acknowledgement at a time."""
+EVENTS_AT_ONCE, STATES_AT_ONCE = 32, 24
+"""Of these so many are events and states: where a broker is slow, the answer to a stop waits behind none."""
 ANSWER_S: Final = 10.0
 NO_DELAY: Final = [(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)]
 """Else a small message waits for the acknowledgement of the one before: 40 ms."""
