@@ -22,7 +22,7 @@ def plant(tmp_path: Path) -> Iterator[Plant]:
 
 
 def test_what_one_begins_the_other_goes_on_with(plant: Plant, tmp_path: Path) -> None:
-    first, (one, two) = plant.process, plant.gateways
+    first, (_, two) = plant.process, plant.gateways
     (tmp_path / "second").mkdir()
     second = PlantProcess(tmp_path / "second", plant.engine.url)
     try:

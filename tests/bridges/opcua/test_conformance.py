@@ -13,7 +13,7 @@ AXIS: Final = (*DEVICE, "Axes", "3F")
 CONTROLLER: Final = (*SYSTEM, "Controllers", "RC-400")
 SAFETY: Final = (*SYSTEM, "SafetyStates", "SafetyState")
 THERE, UNKNOWN, EMPTY = "there", "Bad_NotSupported", "empty"
-ROWS: Final = {
+ROWS: Final[dict[str, dict[tuple[str, ...], str]]] = {
     "MotionDeviceSystemType": {
         (*SYSTEM, it): THERE for it in ("MotionDevices", "Controllers", "SafetyStates")
     },
@@ -69,7 +69,7 @@ class Tree:
         status = self._client.read(node)[0]["status"]
         if status == "BadAttributeIdInvalid":  # an object
             return THERE if self.children(node) else EMPTY
-        return {"Good": THERE, "BadNotSupported": UNKNOWN}.get(status, status)
+        return {"Good": THERE, "BadNotSupported": UNKNOWN}.get(str(status), str(status))
 
 
 def test_the_browsed_tree_is_that_of_the_page_row_by_row(bridge: Bridge, client: Client) -> None:
