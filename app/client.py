@@ -17,6 +17,7 @@ from app.progress import ProgressLine
 LOCAL = "http://127.0.0.1:8420"
 KEY_VARIABLE = "MOTION_GATEWAY_KEY"
 LEASE_VARIABLE = "MOTION_GATEWAY_LEASE"
+EPOCH_VARIABLE = "MOTION_GATEWAY_OWNER_EPOCH"
 STEP_S = 2.0
 """A long wait is made of requests of this length, with a word to people after each."""
 ANSWER_S = 10.0
@@ -48,13 +49,16 @@ class Client:
     key: str = ""
     lease: str = ""
     """Tokens of leases, with commas."""
+    epoch: str = ""
+    """Since when the gateway has the line, as far as the one who asks knows."""
 
     @classmethod
     def at(cls, url: str, key_file: Path | None) -> "Client":
         """Take the key from the file, or else the environment; and the token of a lease from that."""
         lease = _sound(os.environ.get(LEASE_VARIABLE, "").strip(), "token of the lease")
+        epoch = _sound(os.environ.get(EPOCH_VARIABLE, "").strip(), "epoch of the owner")
         if key_file is None:
-            return cls(url.rstrip("/"), _sound(os.environ.get(KEY_VARIABLE, "").strip()), lease)
+            return cls(url.rstrip("/"), _sound(os.environ.get(KEY_VARIABLE, "").strip()), lease, epoch)
         try:
             key = key_file.read_text("ascii").strip()
         except OSError as error:
@@ -63,7 +67,7 @@ class Client:
             raise Misuse(f"The key file {key_file} holds no key: a key is ASCII text") from None
         if not key:
             raise Misuse(f"The key file {key_file} is empty")
-        return cls(url.rstrip("/"), _sound(key), lease)
+        return cls(url.rstrip("/"), _sound(key), lease, epoch)
 
     @property
     def trust_environment(self) -> bool:
@@ -76,6 +80,7 @@ class Client:
             "X-Request-Id": uuid4().hex,
             **({"Authorization": f"Bearer {self.key}"} if self.key else {}),
             **({"Lease-Token": self.lease} if self.lease else {}),
+            **({"Owner-Epoch": self.epoch} if self.epoch else {}),
         }
 
     def request(self, method: str, path: str, content: object = None, *, wait_s: float = 0) -> dict[str, Any]:

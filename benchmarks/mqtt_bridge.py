@@ -83,8 +83,8 @@ async def run(seconds: float) -> list[Figure]:
             for (name, share), most in behind
         ),
         Figure(
-            f"MQTT: stop by it over one by HTTP, {len(by_command)} of each: p99",
-            "ms",
+            "MQTT: stop by it over one by HTTP: p99",
+            f"ms of {len(by_command)}",
             [_at(by_command, 0.99)],
             [_at(by_http, 0.99)],
             Target("ratio", "<=", 1.2),

@@ -154,9 +154,8 @@ class Feed:
             elif epoch_of(cursor) == epoch_of(newest) and number_of(cursor) > number_of(newest):
                 read[gateway] = self.last  # another process of the plant was ahead
             else:
-                oldest = next(
-                    (it for it in map(PlantEvent._make, self._events) if it.gateway == gateway), None
-                )
+                kept = map(PlantEvent._make, self._events)
+                oldest = next((it for it in kept if it.gateway == gateway), None)
                 if oldest is not None and _is_hole(cursor, oldest.cursor):
                     gaps.append(gap_of(gateway, cursor, oldest.cursor))
         behind = [read.get(gateway, self.first - 1) for gateway in self.newest]

@@ -2,7 +2,7 @@
 
 import asyncio
 import json
-from collections.abc import AsyncIterator, Sequence
+from collections.abc import AsyncIterator, Callable, Sequence
 from typing import Any, Final, Literal
 from uuid import uuid4
 
@@ -30,6 +30,7 @@ from fleet.leases import PlantLeaseRequest, PlantLeases, Refusal
 from fleet.merged import LISTS, Merged, Refused
 from fleet.registry import Gateway, Registry
 from fleet.settings import PlantConfig
+from fleet.sockets import pass_on
 from fleet.stop import Attempt, PlantStop
 from fleet.tasks import end
 from fleet.upstream import PASSED_ON, Caller, Upstream
@@ -51,9 +52,14 @@ _ANSWERED: Final = frozenset(
     {
         *("content-type", "content-language", "etag", "location", "preference-applied", "retry-after"),
         *("www-authenticate", "x-request-id", "cache-control", "content-disposition", "vary", "deprecation"),
+        *("content-security-policy", "x-frame-options", "referrer-policy", "idempotency-replayed"),
     }
 )
 """Headers of a gateway's answer that are passed on."""
+
+
+AnswerOf = Callable[[str, httpx.Response], Response]
+"""Makes the plant's answer of that of a gateway."""
 
 
 class StopRequest(BaseModel):
@@ -101,6 +107,7 @@ class Front:
             Route("/gateways", self._gateways),
             Route("/gateways/{gateway}", self._gateway),
             Route("/gateways/{gateway}/{path:path}", self._pass_to_gateway, methods=_ALL),
+            WebSocketRoute("/gateways/{gateway}/{path:path}", self._join_gateway),
             Route("/leases", self._take_leases, methods=["POST"]),
             Route("/leases/{lease}", self._lease, methods=["GET", "DELETE"]),
             Route("/leases/{lease}/renew", self._lease, methods=["POST"]),
@@ -157,7 +164,7 @@ class Front:
         caller = caller_of(request)
         self.callers.require_shown(caller)
         try:
-            told = await self.merged.listed(request.url.path.strip("/"), request.url.query, caller)
+            told = await self.merged.listed(request.url.path.rpartition("/")[2], request.url.query, caller)
         except Refused as refused:
             return _answer_as(refused.answer)
         return JSONResponse(told)
@@ -323,32 +330,56 @@ class Front:
 
     async def _pass_on(self, request: Request) -> Response:
         self.callers.require_shown(caller_of(request))
-        place = place_of(request.url.path)
+        asked = "/{collection}/{path}".format(**request.path_params)
+        place = place_of(asked)
         if place is None:
             raise NotFound(
-                f"There is nothing at {request.url.path[:200]} in a plant; nothing was sent.",
+                f"There is nothing at {asked[:200]} in a plant; nothing was sent.",
                 "Put a gateway's name in front of the address, /bodies/stocker1:line1.3F, or go through it: "
                 "/gateways/stocker1/audit. POST /stop stops everything.",
             )
-        return await self._pass(request, self._named_gateway(place.gateway), place.path)
+        return await self._pass(request, place.gateway, place.path, _answer_of)
 
     async def _pass_to_gateway(self, request: Request) -> Response:
+        """Be the gateway itself: its console speaks of its own addresses."""
         self.callers.require_shown(caller_of(request))
-        gateway = self._named_gateway(request.path_params["gateway"])
-        return await self._pass(request, gateway, f"/{request.path_params['path']}")
+        gateway, path = request.path_params["gateway"], request.path_params["path"]
+        return await self._pass(request, gateway, f"/{path}", _own_answer_of)
 
-    async def _pass(self, request: Request, gateway: Gateway, path: str) -> Response:
-        """Ask the owner in the caller's name, and give what it answers."""
-        if not self.registry.is_named(gateway.name) and (conflict := self.registry.conflict_of(gateway.name)):
+    async def _join_gateway(self, websocket: WebSocket) -> None:
+        caller = caller_of(websocket)
+        try:
+            self.callers.require_shown(caller)
+            gateway = self._owner(websocket.path_params["gateway"])
+        except GatewayError as error:
+            await websocket.close(CLOSE_REFUSED, error.kind)
+            return
+        path = _quoted(f"/{websocket.path_params['path']}", websocket)
+        protocols = websocket.scope["subprotocols"]
+        await pass_on(websocket, self.upstream.open_socket(gateway, path, caller.headers, protocols))
+
+    def _owner(self, name: str) -> Gateway:
+        """Find the gateway that a command is for.
+
+        :raises NotFound: there is none; nothing was sent.
+        :raises NameTaken: there are two; nothing was sent.
+        """
+        gateway = self._named_gateway(name)
+        if not self.registry.is_named(name) and (conflict := self.registry.conflict_of(name)):
             raise NameTaken(
                 f"{conflict} Nothing was sent.", "Ask that gateway itself. POST /stop stops both."
             )
+        return gateway
+
+    async def _pass(self, request: Request, name: str, path: str, answer_of: AnswerOf) -> Response:
+        """Ask the owner in the caller's name, and give what it answers."""
+        gateway = self._owner(name)
         caller = caller_of(request)
         headers = {name: value for name, value in request.headers.items() if name in PASSED_ON}
         headers |= caller.headers
         if tokens := tokens_for(gateway.name, request.headers.get("lease-token", "")):
             headers["lease-token"] = tokens
-        quoted = httpx.URL(path=path, query=request.url.query.encode()).raw_path.decode()
+        quoted = _quoted(path, request)
         is_stream = path.endswith("/stream")
         answer = await self.upstream.begin(
             gateway,
@@ -364,7 +395,7 @@ class Front:
             await answer.aread()
         finally:
             await answer.aclose()
-        return _answer_of(gateway.name, answer)
+        return answer_of(gateway.name, answer)
 
 
 _OF_EVENTS: Final = (
@@ -434,6 +465,17 @@ async def _content_of(request: Request) -> bytes:
     return content
 
 
+def _quoted(path: str, connection: HTTPConnection) -> str:
+    """Write a path with its query as a request has it.
+
+    :raises InvalidRequest: it is none.
+    """
+    try:
+        return httpx.URL(path=path, query=connection.url.query.encode()).raw_path.decode()
+    except httpx.InvalidURL as error:
+        raise InvalidRequest(f"{path[:80]!r} is no path: {error}; nothing was sent.") from None
+
+
 def _limit_of(text: str | None) -> int:
     if text is None:
         return 100
@@ -490,6 +532,12 @@ def _answer_of(gateway: str, answer: httpx.Response) -> Response:
     return Response(content, answer.status_code, _headers_of(gateway, answer))
 
 
+def _own_answer_of(gateway: str, answer: httpx.Response) -> Response:
+    """Give a gateway's answer as it is, from below its own path."""
+    headers = {name: value for name, value in answer.headers.items() if name in _ANSWERED}
+    return Response(answer.content, answer.status_code, {**headers, "X-Gateway": gateway})
+
+
 def _answer_as(answer: httpx.Response) -> Response:
     """Give a gateway's answer as that of the plant."""
     headers = {name: value for name, value in answer.headers.items() if name in _ANSWERED}
@@ -508,7 +556,7 @@ async def _pieces(answer: httpx.Response) -> AsyncIterator[bytes]:
 
 async def _tell_error(request: Request, error: Any) -> Response:
     if isinstance(error, NotAuthenticated) and request.headers.get("sec-fetch-mode") == "navigate":
-        return RedirectResponse(pages.SIGN_IN, 303)
+        return RedirectResponse(f"{request.scope.get('root_path', '')}{pages.SIGN_IN}", 303)
     problem = problem_of(error, request.url.path)
     headers = {"WWW-Authenticate": 'Bearer realm="motion-gateway"'} if problem.status == 401 else {}
     return response_to(problem, headers)

@@ -50,13 +50,18 @@ def _is_secure(connection: HTTPConnection) -> bool:
     return connection.url.scheme in ("https", "wss")
 
 
+def _here(request: Request, path: str) -> str:
+    """Give a path of the plant, which may stand at a sub-path behind a proxy."""
+    return f"{request.scope.get('root_path', '')}{path}"
+
+
 def _page(name: str) -> str:
     return resources.files("fleet").joinpath("console", name).read_text("utf-8")
 
 
 async def _console(request: Request) -> Response:
     if request.app.state.config.access.mode != "open" and not request.cookies.get(cookie_name(request)):
-        return RedirectResponse(SIGN_IN, 303)
+        return RedirectResponse(_here(request, SIGN_IN), 303)
     return HTMLResponse(_page("plant.html"), headers=_HEADERS)
 
 
@@ -91,7 +96,7 @@ async def _sign_in(request: Request) -> Response:
         await request.app.state.front.callers.sight_of(Caller(f"Bearer {key}"))
     except GatewayError as error:
         return _sign_in_page(error.detail)
-    answer = RedirectResponse("/", 303)
+    answer = RedirectResponse(_here(request, "/"), 303)
     answer.set_cookie(
         cookie_name(request), key, httponly=True, samesite="strict", secure=_is_secure(request), path="/"
     )
@@ -99,7 +104,7 @@ async def _sign_in(request: Request) -> Response:
 
 
 async def _sign_out(request: Request) -> Response:
-    answer = RedirectResponse(SIGN_IN, 303)
+    answer = RedirectResponse(_here(request, SIGN_IN), 303)
     answer.delete_cookie(
         cookie_name(request), httponly=True, samesite="strict", secure=_is_secure(request), path="/"
     )

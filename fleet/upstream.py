@@ -3,13 +3,15 @@
 import asyncio
 import logging
 import ssl
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from hashlib import sha256
 from pathlib import Path
 from typing import Final
 
 import httpx
+from websockets.asyncio.client import connect
+from websockets.typing import Subprotocol
 
 from fleet.errors import AnswerLost, GatewayUnreached
 from fleet.registry import Gateway, Registry
@@ -69,8 +71,9 @@ class Upstream:
 
     def __init__(self, registry: Registry, ca: Path | None = None) -> None:
         self._registry = registry
+        self._context = ssl.create_default_context(cafile=ca)
         self._client = httpx.AsyncClient(
-            verify=ssl.create_default_context(cafile=ca),
+            verify=self._context,
             timeout=httpx.Timeout(LONGEST_S, connect=CONNECT_S, pool=CONNECT_S),
             limits=httpx.Limits(max_connections=None, max_keepalive_connections=1000, keepalive_expiry=4.0),
             follow_redirects=False,
@@ -146,6 +149,20 @@ class Upstream:
             raise _lost(gateway, error) from error
         self._registry.heard(gateway.name)
         return response
+
+    def open_socket(
+        self, gateway: Gateway, path: str, headers: Mapping[str, str], subprotocols: Sequence[str]
+    ) -> connect:
+        """Make a WebSocket to a gateway; whoever enters it connects."""
+        return connect(
+            f"ws{gateway.url.removeprefix('http')}{path}",
+            additional_headers=headers,
+            subprotocols=[Subprotocol(it) for it in subprotocols],
+            ssl=self._context if gateway.url.startswith("https:") else None,
+            proxy=None,
+            open_timeout=CONNECT_S,
+            max_size=None,
+        )
 
 
 def _lost(gateway: Gateway, error: Exception) -> AnswerLost:

@@ -14,7 +14,7 @@ from paho.mqtt.subscribeoptions import SubscribeOptions
 from bridges.common.mirror import Document
 from bridges.common.process import Host, Kind
 from bridges.mqtt import operations
-from bridges.mqtt.broker import CLOUD_EVENT, Connection, new_client, will
+from bridges.mqtt.broker import CLOUD_EVENT, EVENTS_AT_ONCE, Connection, NotTaken, new_client, will
 from bridges.mqtt.checks import check
 from bridges.mqtt.commands import Commands
 from bridges.mqtt.operations import Operation, Operations
@@ -50,7 +50,7 @@ class Bridge:
     def __init__(self, file: MqttFile, host: Host) -> None:
         self._file, self._host, self._root = file, host, file.root
         self._v5 = file.mqtt.version == "5"
-        self._events = Outbox(on_arrival=host.figures.events.inc)
+        self._events = Outbox(at_once=EVENTS_AT_ONCE, on_arrival=host.figures.events.inc)
         self._retained = Retained(file.root, host.mirror, host.figures)
         self._operations: Operations | None = None
         self._commands = Commands(file.root, host.callers, host.figures, self._find)
@@ -179,7 +179,7 @@ class Bridge:
         return [
             self._listen(connection),
             self._deliver_events(send),
-            self._commands.answers.deliver(send),
+            self._commands.answers.deliver(partial(self._send_answer, connection)),
             self._retained.tell(connection, partial(self._host.state.done, NO_STATES)),
             self._clear_stale(connection),
             self._tell_status(connection),
@@ -191,6 +191,13 @@ class Bridge:
         )
         self._host.life.worked(SIDE)
 
+    async def _send_answer(self, connection: Connection, letter: Letter) -> None:
+        """Send an answer: its client names the topic, where the bridge may have no right to write."""
+        try:
+            await self._send(connection, letter)
+        except NotTaken as error:
+            log.warning("an answer has gone nowhere: the broker says that %s", error)
+
     async def _deliver_events(self, send: Send) -> None:
         """Deliver events, once the broker's other clients have had a moment to come back."""
         await asyncio.sleep(SETTLE_S)
@@ -199,7 +206,9 @@ class Bridge:
 
     async def _leave(self, connection: Connection) -> None:
         """Answer the commands under way, and say that the bridge ends; the broker does not say it then."""
-        delivering = asyncio.create_task(self._commands.answers.deliver(partial(self._send, connection)))
+        delivering = asyncio.create_task(
+            self._commands.answers.deliver(partial(self._send_answer, connection))
+        )
         with suppress(TimeoutError, aiomqtt.MqttError):
             async with asyncio.timeout(LEAVE_S):
                 await self._commands.end()

@@ -4,6 +4,8 @@ import asyncio
 import socket
 import ssl
 from collections import deque
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import Any, Final
 
 import aiomqtt
@@ -18,6 +20,8 @@ JSON: Final = "application/json"
 CLOUD_EVENT: Final = "application/cloudevents+json"
 IN_FLIGHT: Final = 64
 """Messages that wait for their acknowledgement at a time."""
+EVENTS_AT_ONCE, STATES_AT_ONCE = 32, 24
+"""Of these so many are events and states: where a broker is slow, the answer to a stop waits behind none."""
 ANSWER_S: Final = 10.0
 NO_DELAY: Final = [(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)]
 """Else a small message waits for the acknowledgement of the one before: 40 ms."""
@@ -35,6 +39,30 @@ class StopsFirst(asyncio.Queue[aiomqtt.Message]):
             self._queue.append(item)
 
 
+class NotTaken(aiomqtt.MqttError):
+    """The broker has answered that it does not take a message: its user may not write there, for example."""
+
+
+class Client(aiomqtt.Client):
+    """A client whose `publish` fails where the broker refuses the message: the library reads no reason."""
+
+    def __init__(self, *arguments: Any, **named: Any) -> None:
+        super().__init__(*arguments, **named)
+        self._reasons: dict[int, str] = {}
+
+    def _on_publish(self, client: Any, userdata: Any, mid: int, reason_code: Any, properties: Any) -> None:
+        if reason_code.is_failure:
+            self._reasons[mid] = str(reason_code)
+        super()._on_publish(client, userdata, mid, reason_code, properties)
+
+    @contextmanager
+    def _pending_call(self, mid: int, value: Any, pending: dict[int, Any]) -> Iterator[None]:
+        with super()._pending_call(mid, value, pending):
+            yield
+        if reason := self._reasons.pop(mid, None):
+            raise NotTaken(reason)
+
+
 def new_client(
     file: MqttFile,
     will: aiomqtt.Will | None,
@@ -42,7 +70,7 @@ def new_client(
     suffix: str = "",
     keep_s: int = 0,
     version: str | None = None,
-) -> aiomqtt.Client:
+) -> Client:
     """Make a client for one connection: what is left of an earlier one is not sent by it.
 
     The broker keeps its session for `keep_s` after its end: so long the will can be delayed. Without a
@@ -52,7 +80,7 @@ def new_client(
     """
     mqtt = file.mqtt
     host, port = mqtt.place
-    client = aiomqtt.Client(
+    client = Client(
         host,
         port,
         identifier=file.client_id + suffix,
@@ -126,6 +154,7 @@ class Connection:
     ) -> None:
         """Publish, and wait for the acknowledgement if there is one. In MQTT 3.1.1 the payload is all.
 
+        :raises NotTaken: the broker refuses it.
         :raises aiomqtt.MqttError: the connection is lost: nobody knows whether it was published.
         """
         properties = None
@@ -138,4 +167,7 @@ class Connection:
                 properties.MessageExpiryInterval = expires_in_s
             if correlation is not None:
                 properties.CorrelationData = correlation
-        await self.client.publish(topic, payload, qos=qos, retain=retain, properties=properties)
+        try:
+            await self.client.publish(topic, payload, qos=qos, retain=retain, properties=properties)
+        except NotTaken as error:
+            raise NotTaken(f"it does not take what is published at {topic}: {error}") from None

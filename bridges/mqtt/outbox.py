@@ -52,10 +52,12 @@ class Outbox:
         most: int = MOST_WAITING,
         *,
         kept_s: float = KEPT_S,
+        at_once: float = inf,
         most_tries: float = inf,
         on_arrival: Callable[[], object] = _nothing,
     ) -> None:
-        self._most, self._kept_s, self._most_tries, self._on_arrival = most, kept_s, most_tries, on_arrival
+        self._most, self._kept_s, self._at_once = most, kept_s, at_once
+        self._most_tries, self._on_arrival = most_tries, on_arrival
         self._letters: deque[Letter] = deque()
         self._next = 0
         """Index of the first letter that the present connection has not sent."""
@@ -93,7 +95,7 @@ class Outbox:
         async with asyncio.TaskGroup() as group:
             while True:
                 async with self._changed:
-                    await self._changed.wait_for(lambda: self._next < len(self._letters))
+                    await self._changed.wait_for(lambda: self._next < min(len(self._letters), self._at_once))
                     letter = self._letters[self._next]
                     self._next += 1
                 group.create_task(self._send(letter, send))

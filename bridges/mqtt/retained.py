@@ -8,7 +8,7 @@ import aiomqtt
 
 from bridges.common.mirror import SWEEP_S, Document, Mirror
 from bridges.common.state import Figures
-from bridges.mqtt.broker import IN_FLIGHT, Connection
+from bridges.mqtt.broker import STATES_AT_ONCE, Connection
 from bridges.mqtt.topics import STATES, state_of, topic_of, written
 
 EXPIRES_IN_S: Final = int(3 * SWEEP_S)
@@ -54,7 +54,7 @@ class Retained:
             for path in left:
                 await self._publish_one(connection, path)
 
-        await asyncio.gather(*(publish_next() for _ in range(IN_FLIGHT)))
+        await asyncio.gather(*(publish_next() for _ in range(STATES_AT_ONCE)))
 
     async def _publish_one(self, connection: Connection, path: str) -> None:
         topic = f"{self._root}/{topic_of(path)}"

@@ -68,11 +68,23 @@ export async function admitted(query: Record<string, string>): Promise<Record<st
 /** What is sent along with everything that is more than a reading. */
 export const sent = new Headers();
 
+/** Since when the owner of a line with a spare has it, by the address of the line or of a robot there. */
+export const epochs = new Map<string, number>();
+
+/** The epoch that this page has shown of what a request is for: a gateway that has taken the line over refuses it. */
+function epochOf(url: string): number | undefined {
+  const [, address = ""] = /\/(?:bodies|lines|robots|scaras)\/([^/?]+)/.exec(url) ?? [];
+  return epochs.get(decodeURIComponent(address)) ?? epochs.get(address.split(".")[0] ?? "");
+}
+
 function speaking(request: Request): Request {
   request.headers.set("Accept-Language", language.now);
   const shown = proof();
   if (shown !== null) request.headers.set("Session-Proof", shown);
-  if (request.method !== "GET") sent.forEach((value, name) => request.headers.set(name, value));
+  if (request.method === "GET") return request;
+  sent.forEach((value, name) => request.headers.set(name, value));
+  const epoch = epochOf(request.url);
+  if (epoch !== undefined) request.headers.set("Owner-Epoch", `${epoch}`);
   return request;
 }
 

@@ -14,6 +14,7 @@ import {
   type Scara,
   type Schemas,
   type Target,
+  epochs,
   gateway,
 } from "./gateway.ts";
 import { addressOf, leases } from "./leases.svelte.ts";
@@ -86,7 +87,7 @@ class Plant {
   readonly #wanted = new Set<Part>();
   readonly #readers: Record<Part, () => Promise<unknown>> = {
     bodies: () => this.#readBodies(),
-    lines: async () => (this.lines = (await gateway.http.GET("/lines")).data?.lines ?? []),
+    lines: () => this.#readLines(),
     groups: async () => (this.groups = (await gateway.http.GET("/groups")).data?.groups ?? []),
     robots: async () => (this.robots = (await gateway.http.GET("/robots")).data?.robots ?? []),
     scaras: () => this.#readScaras(),
@@ -214,6 +215,16 @@ class Plant {
     } catch (error) {
       if (!(error instanceof Refused) || error.status !== 404) throw error;
       this.scaras = [];
+    }
+  }
+
+  async #readLines(): Promise<void> {
+    this.lines = (await gateway.http.GET("/lines")).data?.lines ?? [];
+    epochs.clear();
+    for (const { line_id, owner } of this.lines) {
+      if (!owner) continue;
+      const there = [...this.robots, ...this.scaras].filter((it) => it.line_id === line_id).map(addressOf);
+      for (const address of [line_id, ...there]) epochs.set(address, owner.epoch);
     }
   }
 

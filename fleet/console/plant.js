@@ -5,7 +5,7 @@ const WORDS = {
   en: {
     plant: "Plant", stopAll: "STOP ALL", signOut: "Sign out", gateways: "Gateways", alarms: "Alarms",
     bodies: "Bodies and robots", search: "Search", address: "Address", name: "Name", state: "State",
-    position: "Position", note: "Software stops do not replace a hardware stop.",
+    position: "Position (pulses)", note: "Software stops do not replace a hardware stop.",
     online: "online", unheard: "not heard for {age}", never: "never heard", conflict: "two gateways have this name", lines: "lines: {lines}",
     moving: "moving", still: "stands still", offline: "does not answer", old: "as of {age} ago",
     confirmed: "Every controller of every gateway reports standstill.",
@@ -17,7 +17,7 @@ const WORDS = {
   ja: {
     plant: "プラント", stopAll: "全停止", signOut: "サインアウト", gateways: "ゲートウェイ", alarms: "アラーム",
     bodies: "ボディとロボット", search: "検索", address: "アドレス", name: "名前", state: "状態",
-    position: "位置", note: "ソフトウェア停止はハードウェア停止の代わりになりません。",
+    position: "位置（パルス）", note: "ソフトウェア停止はハードウェア停止の代わりになりません。",
     online: "接続中", unheard: "{age}応答なし", never: "応答なし", conflict: "同じ名前のゲートウェイが2台あります", lines: "回線: {lines}",
     moving: "動作中", still: "停止中", offline: "応答なし", old: "{age}前の値",
     confirmed: "すべてのゲートウェイの全コントローラが停止を報告しました。",
@@ -76,7 +76,7 @@ function showGateways() {
     const heard = it.state === "online" && !it.conflict;
     const row = made("li", "", { className: heard ? (alarmed.has(it.name) ? "alarmed" : "") : "unheard" });
     const name = made("p");
-    name.append(made("b", it.name), " ", made("a", say("openConsole"), { href: it.url, target: "_blank", rel: "noreferrer" }));
+    name.append(made("b", it.name), " ", made("a", say("openConsole"), { href: heard ? `gateways/${it.name}/` : it.url, target: "_blank", rel: "noreferrer" }));
     const told = it.conflict ? say("conflict") : heard ? say("online") : it.heard_age_s === null ? say("never") : say("unheard", { age: age(it.heard_age_s) });
     row.append(name, made("p", told), made("small", `${say("lines", { lines: it.lines.join(", ") })} · ${it.version ?? ""}`));
     return row;

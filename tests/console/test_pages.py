@@ -604,6 +604,26 @@ def test_a_notice_stands_below_its_button_with_the_remedy_and_covers_nothing(
     expect(console.page.locator(".notices", has_text="Go")).to_have_count(0)  # its move is over
 
 
+def test_a_command_for_a_line_with_a_spare_carries_the_epoch_of_the_owner_that_was_shown(
+    plant: Plant, open_console: Open
+) -> None:
+    def with_owner(route: Route) -> None:
+        lines = route.fetch().json()["lines"]
+        told = [{**it, "owner": {"gateway": "stocker1", "epoch": 3}} for it in lines]
+        route.fulfill(json={"lines": told})
+
+    console = open_console(plant.url, "#/axis/line1.3F")
+    with console.page.expect_response("**/lines"):
+        console.page.route("**/lines", with_owner)
+    with console.page.expect_response("**/lines"):
+        pass
+    with console.page.expect_request(lambda it: it.method == "POST" and it.url.endswith("/moves")) as asked:
+        console.page.get_by_label("Target (pulse)").fill("20")
+        console.button("Go").click()
+    assert asked.value.headers["owner-epoch"] == "3"
+    console.page.unroute_all(behavior="wait")
+
+
 REFUSED: Final = {
     "type": "urn:motion-gateway:problem:power-cycled",
     "title": "Power was lost",

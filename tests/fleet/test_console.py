@@ -1,12 +1,15 @@
 """The console of a plant, in a browser."""
 
 from collections.abc import Iterator
+from contextlib import ExitStack
 from pathlib import Path
 
 import pytest
 from playwright.sync_api import Browser, Page, expect
 
+from tests.e2e.processes import until
 from tests.fleet.plants import Plant, needs_engine, plant_of
+from tests.fleet.test_callers import Guarded, shown
 
 pytestmark = needs_engine
 
@@ -32,7 +35,7 @@ def test_gateways_bodies_and_alarms_of_all_are_on_one_page(page: Page, plant: Pl
     expect(page.locator("#bodies tr")).to_have_count(1)
     expect(page.locator("#bodies td").first).to_have_text("stocker2:line1.3F")
     link = page.get_by_role("link", name="console").first
-    expect(link).to_have_attribute("href", plant.gateways[0].url)
+    expect(link).to_have_attribute("href", "gateways/stocker1/")
     page.click("#language")
     expect(page.get_by_role("button", name="全停止")).to_be_visible()
 
@@ -49,3 +52,28 @@ def test_everything_is_stopped_with_one_tap_and_what_is_lost_is_struck_out(page:
     expect(page.locator("#gateways li.unheard")).to_contain_text("stocker2")
     expect(page.locator("#bodies tr.unheard")).to_have_count(2)
     plant.gateways[1].start()
+
+
+@pytest.mark.long
+def test_who_has_signed_in_to_the_plant_works_in_the_console_of_each_gateway(
+    browser: Browser, tmp_path: Path
+) -> None:
+    with ExitStack() as stack:
+        guarded = Guarded(tmp_path, stack)
+        key, (one, _) = guarded.key("operator-1", "operator"), guarded.gateways
+        one.http.headers.update(shown(key))
+        until(lambda: one.http.get("/bodies").is_success, "the gateway knows the key")
+        page = browser.new_context(locale="en-GB").new_page()
+        page.goto(guarded.process.url)
+        page.get_by_label("Key").fill(key)
+        page.get_by_role("button", name="Sign in").click()
+        with page.expect_popup() as opened:
+            page.locator("#gateways li", has_text="stocker1").get_by_role("link", name="console").click()
+        console = opened.value
+        console.goto(f"{guarded.process.url}/gateways/stocker1/#/axis/line1.3F")
+        with console.expect_websocket(lambda it: "/gateways/stocker1/events" in it.url):
+            console.reload()
+        console.get_by_label("Target (pulse)").fill("30")
+        console.get_by_role("button", name="Go", exact=True).click()
+        until(lambda: one.get("/bodies/3F")["position"] == 30, "it has moved")
+        assert 'caller="operator-1' in one.program.words(), "the gateway knows who it was"

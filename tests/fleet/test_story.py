@@ -46,6 +46,7 @@ def test_a_move_goes_to_the_owner_once_and_its_events_come_from_the_stream(plant
     assert first.headers["x-gateway"] == "stocker2"
     again = process.http.post(path, json=MOVE, headers=key)
     assert again.json()["id"] == first.json()["id"]
+    assert ("idempotency-replayed" in first.headers, "idempotency-replayed" in again.headers) == (False, True)
     assert len(two.line.executed("1+M")) == 1
     assert not one.line.executed("1+M")
     own = process.get(f"{path}/{first.json()['id']}")

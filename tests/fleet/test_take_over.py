@@ -112,6 +112,11 @@ def test_a_command_with_another_epoch_is_refused_and_nothing_is_sent(pair: Pair)
     for epoch, status in (("1", 409), ("x", 422)):
         refused = pair.spare.http.post("/bodies/3F/moves", json=LONG, headers={"Owner-Epoch": epoch})
         assert refused.status_code == status, refused.text
+        address = "/bodies/spare1:line1.3F/moves"
+        refused = pair.process.http.post(address, json=LONG, headers={"Owner-Epoch": epoch})
+        assert refused.status_code == status, "the plant process hands it on"
+    stopped = pair.process.http.post("/bodies/spare1:line1.3F/stop", headers={"Owner-Epoch": "1"})
+    assert stopped.is_success, "a stop is never refused for it"
     assert not pair.line.executed("1+M")
 
 

@@ -67,3 +67,11 @@ def test_a_move_shows_the_token_of_the_environment(monkeypatch: pytest.MonkeyPat
     plant = gateway()
     plant.run(monkeypatch, "move", "3F", "home", MOTION_GATEWAY_LEASE="12")
     assert plant.asked[-1].headers["Lease-Token"] == "12"
+
+
+def test_a_move_shows_the_epoch_of_the_owner_that_the_environment_has(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    plant = gateway()
+    plant.run(monkeypatch, "move", "3F", "home", MOTION_GATEWAY_OWNER_EPOCH="2")
+    assert plant.asked[-1].headers["Owner-Epoch"] == "2"

@@ -1,12 +1,19 @@
 """Bridge, gateway and broker end without a word and come back: states are told again, no event is missing."""
 
+import time
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import pytest
 
+from benchmarks.processes import resident_mib
+from bridges.mqtt.outbox import MOST_WAITING
 from tests.bridges.mqtt.stand import BODIES, MES, Bridge, Broker, Client, Plant, at, bridging, relative
 from tests.e2e.processes import simulated_line, until
+
+EVENTS = 2 * MOST_WAITING
+GROWN_MIB = 8.0
 
 
 @pytest.fixture(scope="module")
@@ -72,6 +79,35 @@ def test_a_broker_that_has_lost_everything_is_told_everything(bridge: Bridge, br
             assert late.last(topic)
         moved = late.command("/bodies/3F/moves?wait=30", relative())
     assert moved["status"] == 200, "commands are heard again"
+
+
+def leased(plant: Plant) -> Any:
+    """Take a lease, no sooner than a key may have the next one."""
+    time.sleep(0.06)
+    return plant.http.post("/leases", json={"scope": "line1.3F"}).raise_for_status().json()
+
+
+@pytest.mark.prove
+def test_while_the_broker_is_away_the_bridge_does_not_grow_and_the_gateway_keeps_the_events(
+    bridge: Bridge, broker: Broker, plant: Plant
+) -> None:
+    broker.kill()
+    until(lambda: not bridge.figure('connected{to="broker"}'), "the bridge has noticed")
+    before_mib, cursor = resident_mib(bridge.program.pid), plant.get("/events?limit=1000")["cursor"]
+    for _ in range(EVENTS // 2):
+        lease = leased(plant)
+        plant.http.delete(f"/leases/{lease['lease']}", headers={"Lease-Token": str(lease["token"])})
+    assert resident_mib(bridge.program.pid) - before_mib < GROWN_MIB
+    broker.start()
+    with at(broker) as late:
+        happened: list[str] = []
+        while page := plant.get(f"/events?after={cursor}&limit=1000")["events"]:
+            happened += [it["id"] for it in page]
+            cursor = page[-1]["cursor"]
+        assert len(happened) >= EVENTS
+        until(lambda: happened[-1] in [it["id"] for it in late.events()], "the last event arrives")
+        heard = list(dict.fromkeys(it["id"] for it in late.events()))
+        assert heard[-len(happened) :] == happened, "each, in its order"
 
 
 def test_while_the_gateway_is_away_the_status_says_so(client: Client, bridge: Bridge, plant: Plant) -> None:

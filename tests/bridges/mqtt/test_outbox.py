@@ -167,3 +167,20 @@ def test_a_letter_for_which_brokers_end_the_connection_is_left_out_at_last() -> 
         await ended(delivering)
 
     run_virtual(told())
+
+
+def test_of_those_that_wait_to_be_acknowledged_there_are_so_many_at_once() -> None:
+    async def told() -> None:
+        box, post = Outbox(10, kept_s=0, at_once=2), Post()
+        delivering = asyncio.create_task(box.deliver(post.send))
+        for name in "abcd":
+            await box.put(post.letter(name))
+        await asyncio.sleep(0.01)
+        assert post.sent == ["a", "b"], "there is room for others at the broker"
+        await post.acknowledge("b")
+        assert post.sent == ["a", "b"]
+        await post.acknowledge("a")
+        assert post.sent == ["a", "b", "c", "d"]
+        await ended(delivering)
+
+    run_virtual(told())

@@ -6,11 +6,23 @@ import time
 from collections.abc import Iterator
 from pathlib import Path
 
+import httpx
 import pytest
 from typer.testing import CliRunner
 
 from app.cli import app
-from tests.bridges.mqtt.stand import MES, ROOT, Broker, Plant, at, bridging, free_port, relative, write_config
+from tests.bridges.mqtt.stand import (
+    MES,
+    ROOT,
+    Broker,
+    Client,
+    Plant,
+    at,
+    bridging,
+    free_port,
+    relative,
+    write_config,
+)
 from tests.certificates import write_certificate
 from tests.e2e.processes import until
 
@@ -53,6 +65,46 @@ def test_a_user_name_and_a_password_from_a_file(plant: Plant, brokers: list[Brok
     assert code == 1
     assert "cannot be used" in said
     assert "wrong" not in said
+
+
+def test_what_a_broker_does_not_take_is_told_and_sent_again_when_it_does(
+    plant: Plant, brokers: list[Broker], tmp_path: Path
+) -> None:
+    rights, port = tmp_path / "rights", free_port()
+    taken = (
+        f"topic readwrite {ROOT}/cmd/#",
+        f"topic readwrite {ROOT}/status",
+        f"topic readwrite {ROOT}/bodies/#",
+    )
+    rights.write_text("\n".join([*taken, "topic readwrite answers/#", f"topic read {ROOT}/#", ""]))
+    listener = f"listener {port} 127.0.0.1", "allow_anonymous true", f"acl_file {rights}"
+    broker = served_at(brokers, tmp_path, *listener)
+    with bridging(tmp_path, plant, broker, f"url = 'mqtt://127.0.0.1:{port}'") as bridge:
+        refused = f"it does not take what is published at {ROOT}/lines/line1/state: Not authorized"
+        until(lambda: refused in httpx.get(f"{bridge.listens_at}/status").json()["reason"], "it is told")
+        rights.write_text("topic readwrite #\n")
+        broker.kill()
+        broker.start()
+        bridge.wait_until_online()
+
+
+def test_an_answer_that_a_broker_does_not_take_ends_no_connection(
+    plant: Plant, brokers: list[Broker], tmp_path: Path
+) -> None:
+    rights, port = tmp_path / "rights", free_port()
+    rights.write_text(f"topic readwrite {ROOT}/#\ntopic readwrite answers/#\n")
+    listener = f"listener {port} 127.0.0.1", "allow_anonymous true", f"acl_file {rights}"
+    broker = served_at(brokers, tmp_path, *listener)
+    with bridging(tmp_path, plant, broker, f"url = 'mqtt://127.0.0.1:{port}'") as bridge:
+        bridge.wait_until_online()
+        client = Client(port)
+        try:
+            client.publish(f"cmd/{MES}/stop", ResponseTopic="not/allowed")
+            bridge.program.said("an answer has gone nowhere")
+            assert client.command("/stop")["status"] == 200
+        finally:
+            client.close()
+        assert "not connected to the broker:" not in bridge.program.words()
 
 
 @pytest.mark.prove
