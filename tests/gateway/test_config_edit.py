@@ -13,7 +13,7 @@ INLINE = """\
 [[lines]]
 id = "line1"  # the lift
 address = "serial:///dev/ttyUSB0"
-bodies = [{ id = "00" }, { id = "0A", name = "a } [", power_comment = 3 }]  # two
+bodies = [{ id = "00" }, { id = "0A", name = "a }[", power_comment = 3 }]  # two
 
 [[lines]]
 id = "cell1"
@@ -27,7 +27,7 @@ CASES: tuple[tuple[str, Mapping[str, Any], str], ...] = (
     (
         "line1",
         {"bodies.00.power_comment": 0, "bodies.0A.power_comment": 0},
-        'bodies = [{ power_comment = 0, id = "00" }, { id = "0A", name = "a } [", power_comment = 0 }]  # two',
+        'bodies = [{ power_comment = 0, id = "00" }, { id = "0A", name = "a }[", power_comment = 0 }]  # two',
     ),
     (
         "cell1",
