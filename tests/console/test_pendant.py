@@ -140,3 +140,5 @@ def test_a_failed_move_is_explained_on_a_page_of_its_own(plant: Plant, open_cons
     link = console.page.url
     other = open_console(link.partition("/#")[0], f"#{link.partition('#')[2]}")
     expect(other.page.locator(".cause")).to_contain_text("EMS")
+    clear = other.page.get_by_role("button", name="Clear its error status (9CS)", exact=True)
+    expect(clear.first).to_be_visible()
