@@ -8,7 +8,7 @@ Family = Literal["rorze", "fics", "both"]
 
 
 class Level(StrEnum):
-    """What a trial does to the machine; all but questions have to be allowed."""
+    """The effect of a trial on the machine; all but questions have to be allowed."""
 
     QUESTIONS = "questions"
     SETTINGS = "settings"
@@ -29,18 +29,20 @@ class Assumption:
     probe: str
     """How it is tried."""
     false: str
-    """What its failure means."""
+    """The meaning of its failure."""
     needed: str
-    """What it takes to try it where it cannot be told."""
+    """The needs of a trial that could not tell."""
     key: str = ""
     """The key of the line's table that makes the gateway right; empty where no setting does."""
     level: Level = Level.QUESTIONS
     motor: str = "nothing"
-    """What the trial may do to a motor."""
+    """The effect that the trial may have on a motor."""
     person: bool = False
     """A person has to switch the power during the trial."""
     harmless: bool = False
     """Its failure needs no change: the gateway is right all the same."""
+    rest: str = ""
+    """The shortcoming that is left, with the change where there is one."""
 
 
 _SWITCH: Final = "A person at a terminal, who switches the power when asked, and `--allow settings`."
@@ -77,6 +79,7 @@ RORZE: Final = (
         "A copy that comes later may be taken for the reply to a command.",
         "A body that answers.",
         key="late_reply_s",
+        rest="a line that repeats replies so late is slow",
     ),
     Assumption(
         "silent-xid",
@@ -87,6 +90,7 @@ RORZE: Final = (
         "Bodies are addressed in a form that this link master does not know.",
         "A link master or a body that answers: check power, cable and baud rate.",
         key="introducer",
+        rest="an old link master knows neither groups nor bodies beyond 0F",
     ),
     Assumption(
         "label-answers",
@@ -118,6 +122,7 @@ RORZE: Final = (
         "Half a question is sent (3ND), then these characters: it must not be answered.",
         "What was cut off in the middle may be executed when the port is opened.",
         "A body that answers.",
+        rest="a command that was cut off in the middle may be carried out later",
     ),
     Assumption(
         "curve-tick",
@@ -191,6 +196,7 @@ FICS: Final = (
         "Half a question is sent (VER), then `!` and CR: it must not be answered.",
         "What was cut off in the middle may be executed when the port is opened.",
         "A robot that answers.",
+        rest="a command that was cut off in the middle may be carried out later",
     ),
     Assumption(
         "robot-terminator",
@@ -232,6 +238,7 @@ FICS: Final = (
         "The gateway writes beside the RAM.",
         "A line at a dual-port RAM, and its layout from the maker of the board or of its driver.",
         key="address",
+        rest="tried at the RAM alone, without stories and seeds",
     ),
     Assumption(
         "dpram-times",
@@ -244,6 +251,7 @@ FICS: Final = (
         "The port is given up though the robot lives.",
         "A line at a dual-port RAM.",
         key="address",
+        rest="tried at the RAM alone, without stories and seeds",
     ),
     Assumption(
         "hidden-positions",
@@ -303,8 +311,8 @@ FICS: Final = (
         "work of "
         "the teaching terminal.",
         "`UNIT_HOLDS_S` in `gateway/fics/selection.py`, `_select` in `gateway/fics/asking.py`",
-        "The time is measured in which the robot is silent after its power was switched off and on, as fast "
-        "as somebody can: what a faster switch would show is not seen.",
+        "The power is switched off and on, as fast as somebody can, who answers at that moment: the silence, "
+        "and the time from the switch to the first answer, are measured.",
         "A unit may be another than the one that was selected.",
         _SWITCH,
         level=Level.SETTINGS,
@@ -318,8 +326,8 @@ FICS: Final = (
         "the "
         "motion that follows, some milliseconds later; `reply_timeout_s` where the gateway was held up.",
         "`Proof` in `gateway/fics/exchange.py`",
-        "The time is measured in which the robot is silent after its power was switched off and on, as fast "
-        "as somebody can: what a faster switch would show is not seen.",
+        "The power is switched off and on, as fast as somebody can, who answers at that moment: the silence, "
+        "and the time from the switch to the first answer, are measured.",
         "A motion may go to a unit that nobody has selected.",
         _SWITCH,
         level=Level.SETTINGS,
@@ -361,6 +369,7 @@ FICS: Final = (
         "A copy that comes later may be taken for the answer to a later question.",
         "A robot that answers.",
         key="late_reply_s",
+        rest="a line that repeats replies so late is slow",
     ),
     Assumption(
         "numbers-as-set",
@@ -428,6 +437,7 @@ BOTH: Final = (
         "A reply may be taken for that to a later command, once it was given up.",
         "Somebody who answers.",
         key="late_reply_s",
+        rest="what waits for a late reply is as late",
     ),
     Assumption(
         "turnaround",
@@ -441,6 +451,7 @@ BOTH: Final = (
         "Commands are told as unanswered before their replies can be there.",
         "Somebody who answers.",
         key="reply_timeout_s",
+        rest="a line on which each reply is slow refuses what has many steps, and sends nothing",
     ),
     Assumption(
         "stop-overtakes",

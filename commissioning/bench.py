@@ -16,7 +16,7 @@ PATIENCE_S = 10.0
 OUTAGE = "outage"
 """The loss of power that several trials look at, in the memory of a bench."""
 SETTLES_S = 0.1
-"""What an answer to bytes that were half said needs to be over."""
+"""The time in which an answer to bytes that were half said is over."""
 LONGEST_ANSWER = 64
 """Bytes of an answer that is waited for."""
 QUESTIONS = 40
@@ -53,7 +53,7 @@ async def nobody(_row: Assumption, _subject: str, _what: str) -> bool:
 
 @dataclass(frozen=True, slots=True)
 class Terms:
-    """What people allow."""
+    """The permissions that people give."""
 
     allowed: frozenset[Level] = frozenset()
     consent: Consent = nobody
@@ -63,7 +63,7 @@ class Terms:
 
 
 class Bench:
-    """What a trial needs of its line."""
+    """A line with all that a trial needs of it."""
 
     def __init__(self, line: Any, talk: Conversation, terms: Terms) -> None:
         self.line = line
@@ -75,7 +75,7 @@ class Bench:
         self.serial_numbers: dict[str, str] = {}
         """Versions and serial numbers that controllers tell."""
         self.memory: dict[str, Any] = {}
-        """What was done once for several trials, by its name."""
+        """Results that several trials share, by name."""
         self._agreed: dict[tuple[str, str], bool] = {}
         self._sampled = False
 
@@ -168,7 +168,7 @@ class Bench:
 
     @property
     def present(self) -> set[int]:
-        """Those who have answered."""
+        """The speakers that have answered."""
         return {speaker for (speaker, _), _ in self.first_replies()}
 
     @property
@@ -192,7 +192,7 @@ class Bench:
         return late
 
     def out_of_order(self, speaker: int) -> bool:
-        """Whether its answers came in another order than the questions."""
+        """Tell whether its answers came in another order than the questions."""
         numbers = [key for key, _ in self.first_replies() if key[0] == speaker]
         order = list(self.asked)
         places = [order.index(key) for key in numbers]

@@ -14,7 +14,7 @@ from transports.trace import escape
 
 
 class Frame(BaseModel):
-    """What passed the port at one moment, both ways as in a trace."""
+    """Bytes that passed the port at one moment, as in a trace."""
 
     at: str
     """UTC wall time."""

@@ -37,7 +37,7 @@ CLEARING: Final = b"!"
 POSITIONS_READ: Final = 8
 HUNDREDTHS: Final = 2
 REST_S: Final = 0.3
-"""What stands still does not move in this time."""
+"""An axis that stands still does not move in this time."""
 _NUMBER = re.compile(r"[+-]?[0-9]*\.?([0-9]*)")
 
 
@@ -48,7 +48,7 @@ class FicsBench(Bench):
         super().__init__(line, talk, terms)
         self._variables = count()
         self.terminator: Terminator = line.terminator
-        """What ends a line that the robot understands."""
+        """The end of a line that the robot understands."""
 
     @property
     def speakers(self) -> Sequence[int]:
@@ -112,7 +112,7 @@ class FicsBench(Bench):
             return None
 
     async def is_there(self) -> bool:
-        """Whether the robot answers."""
+        """Tell whether the robot answers."""
         await self.sample()
         return bool(self.present)
 

@@ -37,12 +37,20 @@ LISTEN_S: Final = 0.05
 """A robot whose power is switched is asked so often."""
 LEAST_GAP_S: Final = 0.15
 """A shorter silence is none."""
+RETURNS_S: Final = 60.0
+"""A robot is back so long after its power was switched on, or it is missing."""
+EARLY_S: Final = 0.5
+"""Somebody may answer so long before the switch is on."""
 UNIT_HOLDS_S: Final = 0.5
 SLOW_PERCENT: Final = 5.0
 LONGEST_MOVE_S: Final = 60.0
 STOP_AFTER_S: Final = 0.3
 NO_ERROR: Final = "E00"
 NOT_AGREED: Final = "Nobody has agreed to it."
+NEEDS_A_BOOT: Final = (
+    "An answer at the moment in which the robot is switched on, and a robot that takes more than {:g} s from "
+    "then to its first answer; of one that is up sooner, the time that its power supply bridges."
+)
 
 
 async def _agreed(row: Assumption, bench: FicsBench, what: str) -> Finding | None:
@@ -164,15 +172,17 @@ async def numbers_as_set(row: Assumption, bench: FicsBench) -> Finding:
 
 @dataclass(frozen=True, slots=True)
 class Outage:
-    """What a robot was like before and after its power was off."""
+    """A robot before and after its power was off."""
 
     silent_s: float
+    boots_s: float
+    """The least from the power to the first answer; 0 where it was back before anybody said so."""
     homed: bool
     """Before."""
     positions: str
     """After."""
     error: str
-    """What ERR tells after."""
+    """The answer of ERR after."""
 
 
 async def _outage(row: Assumption, bench: FicsBench) -> Outage | Finding:
@@ -196,26 +206,41 @@ async def _see_outage(row: Assumption, bench: FicsBench) -> Outage | Finding:
         bench.terms.switch(
             row,
             robot,
-            f"While nothing moves, switch {robot} off and on again as fast as you can. Is it done?",
+            f"While nothing moves, switch {robot} off, and on again as fast as you can. Answer at the moment "
+            "in which you switch it on. Is it on?",
         )
     )
     while not switching.done():
-        bench.talk.send(bench.frame(GetSystemVersion()))
-        await bench.pause(LISTEN_S)
+        await _knock(bench)
     if not switching.result():
         return cannot_tell(row, "The power was not switched.")
-    back = await bench.told(GetSystemVersion())
+    on_at = bench.talk.now()
+    while not _is_back(bench, on_at) and bench.talk.now() < on_at + RETURNS_S:
+        await _knock(bench)
+    await bench.settle()
     times = [begun_at, *(it.at for it in bench.talk.heard[since:])]
-    silent_s = max((after - at for at, after in pairwise(times)), default=0.0)
-    if back is None or silent_s < LEAST_GAP_S:
+    gone_at, back_at = max(pairwise(times), key=lambda it: it[1] - it[0], default=(0.0, 0.0))
+    silent_s = back_at - gone_at
+    if not _is_back(bench, on_at) or silent_s < LEAST_GAP_S:
         return cannot_tell(row, "The robot was not seen to lose its power, or did not come back.")
     error, positions = await bench.read(TakeCurrentError()), await bench.told(GetUserPosition())
     return Outage(
         silent_s,
+        max(back_at - on_at - EARLY_S, 0.0),
         before is not None and UNKNOWN not in before,
         positions or "",
         "" if error is None else str(error.error),
     )
+
+
+async def _knock(bench: FicsBench) -> None:
+    """Ask, and do not wait for the answer."""
+    bench.talk.send(bench.frame(GetSystemVersion()))
+    await bench.pause(LISTEN_S)
+
+
+def _is_back(bench: FicsBench, on_at: float) -> bool:
+    return bool(bench.talk.heard) and bench.talk.heard[-1].at > on_at
 
 
 async def power_loss_read(row: Assumption, bench: FicsBench) -> Finding:
@@ -232,8 +257,14 @@ async def _silence(row: Assumption, bench: FicsBench, least_s: float) -> Finding
     found = await _outage(row, bench)
     if isinstance(found, Finding):
         return found
-    seen = f"The robot was silent for {found.silent_s:.2f} s without power, {least_s:g} s are assumed."
-    return agrees(seen) if found.silent_s >= least_s else fails(row, seen)
+    seen = f"Without power the robot was silent for {found.silent_s:.2f} s, {least_s:g} s are assumed."
+    if found.silent_s < least_s:
+        return fails(row, seen)
+    if found.boots_s < least_s:
+        return cannot_tell(
+            row, f"{seen} How much of that it needs to be up was not seen.", NEEDS_A_BOOT.format(least_s)
+        )
+    return agrees(f"{seen} It takes {found.boots_s:.2f} s at least from its switch to its first answer.")
 
 
 async def positions_after_power(row: Assumption, bench: FicsBench) -> Finding:

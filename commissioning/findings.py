@@ -1,4 +1,4 @@
-"""What the trial of an assumption has shown."""
+"""The result of the trial of an assumption."""
 
 from dataclasses import dataclass
 from enum import StrEnum
@@ -33,7 +33,7 @@ class Finding:
 
     result: Result
     seen: str
-    change: Change | None = None
+    changes: tuple[Change, ...] = ()
     needed: str | None = None
     surprise: bool = False
     """Nothing more is set or moved on the line after it."""
@@ -49,8 +49,8 @@ def cannot_tell(row: Assumption, seen: str, needed: str | None = None) -> Findin
     return Finding(Result.CANNOT_TELL, seen, needed=needed or row.needed)
 
 
-def fails(row: Assumption, seen: str, change: Change | None = None) -> Finding:
+def fails(row: Assumption, seen: str, *changes: Change) -> Finding:
     """The assumption does not hold: with a setting or without harm it differs, otherwise it contradicts."""
-    if change is not None or row.harmless:
-        return Finding(Result.DIFFERS, seen, change)
+    if changes or row.harmless:
+        return Finding(Result.DIFFERS, seen, changes)
     return Finding(Result.CONTRADICTS, seen, surprise=True)

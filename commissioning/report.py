@@ -1,4 +1,4 @@
-"""What a commissioning has shown, for programs (JSON) and for people (Markdown)."""
+"""The report of a commissioning, for programs (JSON) and for people (Markdown)."""
 
 from collections.abc import Iterator
 from typing import Any
@@ -35,9 +35,9 @@ class Outcome(BaseModel):
     setting: Setting | None = None
     """None where no setting holds the assumption."""
     needed: str | None = None
-    """What it takes to tell, where it could not be told."""
+    """The needs of a trial that could not tell."""
     seen: str
-    """What was seen, in a sentence."""
+    """The observation, in a sentence."""
 
 
 class Measured(BaseModel):
@@ -52,7 +52,7 @@ class Report(BaseModel):
     """All that was said and found on a line."""
 
     version: str
-    """Of the gateway."""
+    """The version of the gateway."""
     line: str
     protocol: str
     address: str
@@ -70,7 +70,7 @@ class Report(BaseModel):
     frames: list[Frame]
 
     def is_right(self) -> bool:
-        """Whether nothing differs or contradicts."""
+        """Tell whether nothing differs or contradicts."""
         return not any(it.result in (Result.DIFFERS, Result.CONTRADICTS) for it in self.results)
 
     def changes(self) -> dict[str, Any]:
@@ -109,7 +109,7 @@ class Report(BaseModel):
 
 
 def next_step(it: Outcome) -> str:
-    """What follows from a result, in words; empty where it agrees."""
+    """The next step after a result, in words; empty where it agrees."""
     row = BY_SLUG[it.assumption]
     if it.setting is not None and it.setting.proposed is not None:
         return f"Set `{it.setting.key}` from `{it.setting.now}` to `{it.setting.proposed}`. {row.false}"

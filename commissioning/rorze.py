@@ -43,7 +43,7 @@ class RorzeBench(Bench):
         super().__init__(line, talk, terms)
         self._entries = count()
         self.introducer: str = line.introducer
-        """What begins a command that the link master understands."""
+        """The introducer of a command that the link master understands."""
 
     @property
     def speakers(self) -> Sequence[int]:
@@ -103,7 +103,7 @@ class RorzeBench(Bench):
             return None
 
     async def answers(self, group: int) -> bool:
-        """Whether a virtual body answers a question."""
+        """Tell whether a virtual body answers a question."""
         command = GetControllerStatus()
         frame, since = self.frame(group, command), len(self.talk.heard)
         self.talk.send(frame)

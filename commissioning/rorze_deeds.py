@@ -1,8 +1,8 @@
 """The trials of an RC-400 line that set something, need a person at the power switch, or move a motor."""
 
-from collections.abc import AsyncIterator, Mapping
+from collections.abc import AsyncIterator, Iterable, Mapping
 from contextlib import asynccontextmanager, suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from statistics import linear_regression
 from types import MappingProxyType
 from typing import Final
@@ -39,62 +39,65 @@ NOT_AGREED: Final = "Nobody has agreed to it."
 
 
 @dataclass(frozen=True, slots=True)
-class Outage:
-    """What a body, and the link master, were like before and after their power was off."""
+class Kept:
+    """A body before and after its power was off."""
 
-    body: int
     number: int
-    """Of the comment that was tried."""
-    told: str
-    """The comment as it was read back before."""
+    """The number of the comment that was tried."""
+    told: str = ""
+    """The comment as it was read back."""
+    before: int = 0
+    """Its position."""
     comment: str | None = None
     """After; None where nobody has switched the power, or the body did not come back."""
-    before: int = 0
     after: int | None = None
-    """Positions."""
+
+
+@dataclass(frozen=True, slots=True)
+class Outage:
+    """Bodies, and the link master, before and after their power was off."""
+
+    bodies: Mapping[int, Kept]
+    """The bodies that people have agreed to, and that have a free comment."""
     group_answers: bool | None = None
-    """Whether a virtual body is still there; None where none was defined."""
+    """True if a virtual body is still there; None where none was defined, or nothing was switched."""
+
+    @property
+    def returned(self) -> Mapping[int, Kept]:
+        """The bodies that came back after their power was off."""
+        return {body: it for body, it in self.bodies.items() if it.comment is not None}
 
 
-async def _agreed_body(row: Assumption, bench: RorzeBench, what: str) -> int | None:
-    """The first body that answers, and for which people agree."""
-    await bench.sample()
-    for body in sorted(bench.present):
-        if await bench.consents(row, f"{body:02X}", f"Body {body:02X}: {what} Do it?"):
-            return body
-    return None
+async def _agrees(row: Assumption, bench: RorzeBench, body: int, what: str) -> bool:
+    return await bench.consents(row, f"{body:02X}", f"Body {body:02X}: {what} Do it?")
 
 
 # The power
 
 
-async def outage(row: Assumption, bench: RorzeBench) -> Outage | None:
+async def outage(row: Assumption, bench: RorzeBench) -> Outage:
     """Set what may be lost, have the power switched once for all trials, and see what is left."""
     if OUTAGE not in bench.memory:
         bench.memory[OUTAGE] = await _outage(row, bench)
-    found: Outage | None = bench.memory[OUTAGE]
+    found: Outage = bench.memory[OUTAGE]
     return found
 
 
-async def _outage(row: Assumption, bench: RorzeBench) -> Outage | None:
-    body = await _agreed_body(
-        row, bench, "a free user comment is set for a moment (9VS). No motor moves because of it."
-    )
-    number = None if body is None else await _free_comment(bench, body)
-    if body is None or number is None:
-        return None
-    before = (await bench.read(body, GetInformation(comment_number=number))).text
-    await bench.ask(body, SetUserComment(comment_number=number, text=TRIED))
-    told = await bench.read(body, GetInformation(comment_number=number))
-    group = await _define(row, bench, body)
-    place = await bench.read(body, GetPosition())
-    found = Outage(
-        body, number, "" if told is None else told.text, before=0 if place is None else place.pulses
-    )
+async def _outage(row: Assumption, bench: RorzeBench) -> Outage:
+    await bench.sample()
+    bodies: dict[int, Kept] = {}
+    what = "a free user comment is set for a moment (9VS). No motor moves because of it."
     try:
-        return await _switched(row, bench, found, group)
+        for body in sorted(bench.present):
+            if not await _agrees(row, bench, body, what):
+                continue
+            if (number := await _free_comment(bench, body)) is not None:
+                bodies[body] = Kept(number)
+                bodies[body] = await _commented(bench, body, number)
+        return await _switched(row, bench, bodies) if bodies else Outage(bodies)
     finally:
-        await bench.ask(body, SetUserComment(comment_number=number, text=before))
+        for body, it in bodies.items():
+            await bench.ask(body, SetUserComment(comment_number=it.number, text=""))
 
 
 async def _free_comment(bench: RorzeBench, body: int) -> int | None:
@@ -102,9 +105,22 @@ async def _free_comment(bench: RorzeBench, body: int) -> int | None:
     marked = next(it.power_comment for it in bench.line.bodies if it.number == body)
     for number in sorted(range(1, LAST_COMMENT + 1), key=lambda it: (it == marked, it)):
         told = await bench.read(body, GetInformation(comment_number=number))
-        if told is not None and not told.text:
+        if told is not None and told.text in ("", TRIED):  # a trial that was killed has left it
             return number
     return None
+
+
+async def _commented(bench: RorzeBench, body: int, number: int) -> Kept:
+    """Set a comment of a body, and read it back."""
+    await bench.ask(body, SetUserComment(comment_number=number, text=TRIED))
+    told, place = await _comment_and_place(bench, body, number)
+    return Kept(number, told or "", place or 0)
+
+
+async def _comment_and_place(bench: RorzeBench, body: int, number: int) -> tuple[str | None, int | None]:
+    told = await bench.read(body, GetInformation(comment_number=number))
+    place = await bench.read(body, GetPosition())
+    return None if told is None else told.text, None if place is None else place.pulses
 
 
 async def _define(row: Assumption, bench: RorzeBench, body: int) -> int | None:
@@ -118,83 +134,77 @@ async def _define(row: Assumption, bench: RorzeBench, body: int) -> int | None:
     return group if await bench.answers(group) else None
 
 
-async def _switched(row: Assumption, bench: RorzeBench, found: Outage, group: int | None) -> Outage:
-    """Wait for a person to switch the power, and for the body to come back."""
-    what = (
-        f"Switch body {found.body:02X}{'' if group is None else ' and the RC-400'} off, wait two seconds, "
-        f"and "
-        "switch it on. Is it done?"
-    )
-    if not await bench.terms.switch(row, f"{found.body:02X}", what):
-        return found
+async def _switched(row: Assumption, bench: RorzeBench, bodies: Mapping[int, Kept]) -> Outage:
+    """Wait for a person to switch the power, and for the bodies to come back."""
+    group = await _define(row, bench, min(bodies))
+    names = ", ".join([*(f"{it:02X}" for it in bodies), *([] if group is None else ["and the RC-400"])])
+    what = f"Switch {names} off, wait two seconds, and switch on again. Is it done?"
+    if not await bench.terms.switch(row, f"{min(bodies):02X}", what):
+        return Outage(bodies)
+    after = {body: await _returned(bench, body, it) for body, it in bodies.items()}
+    return Outage(after, None if group is None else await bench.answers(group))
+
+
+async def _returned(bench: RorzeBench, body: int, it: Kept) -> Kept:
     for _ in range(int(RETURNS_S / ASK_AGAIN_S)):
-        if await bench.ask_number(found.body):
+        if await bench.ask_number(body):
             break
         await bench.pause(ASK_AGAIN_S)
-    comment = await bench.read(found.body, GetInformation(comment_number=found.number))
-    place = await bench.read(found.body, GetPosition())
-    if comment is None or place is None:
-        return found
-    return Outage(
-        found.body,
-        found.number,
-        found.told,
-        comment.text,
-        found.before,
-        place.pulses,
-        None if group is None else await bench.answers(group),
-    )
+    comment, after = await _comment_and_place(bench, body, it.number)
+    return it if comment is None or after is None else replace(it, comment=comment, after=after)
 
 
-def _unswitched(row: Assumption, found: Outage | None) -> Finding | None:
-    """Why nothing can be told of what the power does."""
-    if found is None:
-        return cannot_tell(row, f"{NOT_AGREED[:-1]}, or the body has no free user comment.")
-    if found.comment is None:
-        return cannot_tell(row, "The power was not switched, or the body did not come back.")
-    return None
+NOT_SWITCHED: Final = "Nobody has agreed, no body has a free user comment, or the power was not switched."
 
 
 async def comment_kept(row: Assumption, bench: RorzeBench) -> Finding:
-    """Read a comment back, and once more after the power was off."""
+    """Read comments back, and once more after the power was off."""
     found = await outage(row, bench)
-    if found is not None and found.told != TRIED:
-        seen = f"Comment {found.number} of body {found.body:02X} was set to {TRIED!r} and is {found.told!r}."
-        return fails(row, seen, _without_mark(found))
-    if (unknown := _unswitched(row, found)) or found is None:
-        return unknown or cannot_tell(row, NOT_AGREED)
-    if found.comment == TRIED:
-        seen = f"Comment {found.number} of body {found.body:02X} has outlasted the loss of power."
-        return fails(row, seen, _without_mark(found))
-    return agrees(
-        f"Comment {found.number} of body {found.body:02X} was kept, and gone after the power was off."
-    )
-
-
-def _without_mark(found: Outage) -> Change:
-    return Change(f"bodies.{found.body:02X}.power_comment", 0)
+    unlike = [
+        f"Comment {it.number} of body {body:02X} was set to {TRIED!r} and is {it.told!r}."
+        for body, it in found.bodies.items()
+        if it.told != TRIED
+    ]
+    lasting = [
+        f"Comment {it.number} of body {body:02X} has outlasted the loss of power."
+        for body, it in found.returned.items()
+        if it.told == it.comment == TRIED
+    ]
+    wrong = [body for body, it in found.bodies.items() if it.told != TRIED or it.comment == TRIED]
+    if wrong:
+        without_mark = (Change(f"bodies.{body:02X}.power_comment", 0) for body in wrong)
+        return fails(row, " ".join([*unlike, *lasting]), *without_mark)
+    if not found.returned:
+        return cannot_tell(row, NOT_SWITCHED)
+    return agrees(f"Comments of {_named(found.returned)} were kept, and gone after the power was off.")
 
 
 async def power_on_position(row: Assumption, bench: RorzeBench) -> Finding:
-    """Compare the position before and after the power was off."""
+    """Compare positions before and after the power was off."""
     found = await outage(row, bench)
-    if (unknown := _unswitched(row, found)) or found is None:
-        return unknown or cannot_tell(row, NOT_AGREED)
-    seen = f"Body {found.body:02X} was at {found.before}, and is at {found.after} after its power was off."
-    if found.before == 0:
-        return cannot_tell(row, seen)
-    if found.after == 0:
+    elsewhere = {body: it for body, it in found.returned.items() if it.before != 0}
+    if not elsewhere:
+        return cannot_tell(row, "All bodies were at 0." if found.returned else NOT_SWITCHED)
+    seen = " ".join(
+        f"Body {body:02X} was at {it.before}, and is at {it.after} after its power was off."
+        for body, it in elsewhere.items()
+    )
+    kept = {body: it for body, it in elsewhere.items() if it.after != 0}
+    if not kept:
         return agrees(seen)
-    if found.comment != TRIED:
-        return fails(row, f"{seen} The mark in its user comment tells of the loss.")
-    return fails(row, seen, Change(f"bodies.{found.body:02X}.silence_needs_acknowledgement", True))
+    unmarked = [body for body, it in kept.items() if it.comment == TRIED]
+    if not unmarked:
+        return fails(row, f"{seen} The mark in a user comment tells of the loss.")
+    return fails(
+        row, seen, *(Change(f"bodies.{body:02X}.silence_needs_acknowledgement", True) for body in unmarked)
+    )
 
 
 async def link_master_forgets(row: Assumption, bench: RorzeBench) -> Finding:
     """Ask a virtual body after the power of the link master was off."""
     found = await outage(row, bench)
-    if (unknown := _unswitched(row, found)) or found is None:
-        return unknown or cannot_tell(row, NOT_AGREED)
+    if not found.returned:
+        return cannot_tell(row, NOT_SWITCHED)
     if found.group_answers is None:
         return cannot_tell(
             row, "No virtual body was defined.", f"An answer for the RC-400 itself ({LINK_MASTER:02X})."
@@ -202,6 +212,10 @@ async def link_master_forgets(row: Assumption, bench: RorzeBench) -> Finding:
     if found.group_answers:
         return fails(row, "The virtual body that was defined has outlasted the loss of power.")
     return agrees("The virtual body that was defined was gone after the power was off.")
+
+
+def _named(bodies: Iterable[int]) -> str:
+    return ", ".join(f"{it:02X}" for it in bodies)
 
 
 # Motion
@@ -226,10 +240,12 @@ async def _way(row: Assumption, bench: RorzeBench, what: str) -> Way | Finding:
     places = bench.terms.places
     if places is None:
         return cannot_tell(row, "No two places were named.", "Name two places with `--between A B`.")
-    body = await _agreed_body(
-        row, bench, f"{what} between {places.one:g} and {places.other:g} at its start speed (2AM)."
-    )
-    if body is None:
+    await bench.sample()
+    said = f"{what} between {places.one:g} and {places.other:g} at its start speed (2AM)."
+    for body in sorted(bench.present):
+        if await _agrees(row, bench, body, said):
+            break
+    else:
         return cannot_tell(row, NOT_AGREED)
     mode, place = await bench.read(body, GetOperatingMode()), await bench.read(body, GetPosition())
     status, speed = await bench.read(body, GetControllerStatus()), await bench.read(body, GetStartSpeed())
@@ -255,7 +271,7 @@ async def _way(row: Assumption, bench: RorzeBench, what: str) -> Way | Finding:
 
 
 def _is_busy(bits: int) -> bool:
-    """Whether the motor runs or has an error; a refusal, such as those of these trials, is none."""
+    """Tell whether the motor runs or has an error; a refusal, such as those of these trials, is none."""
     return bool(bits & ~COMMAND_ERROR)
 
 

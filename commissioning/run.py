@@ -1,6 +1,6 @@
 """Walking the assumptions of one line: each trial in turn, as far as people allow."""
 
-from collections.abc import Awaitable, Callable, Mapping
+from collections.abc import Awaitable, Callable, Iterator, Mapping
 from datetime import UTC, datetime
 from importlib.metadata import version
 from types import MappingProxyType
@@ -88,7 +88,7 @@ async def _walk(bench: Bench, trials: Mapping[str, Any], tell: Tell) -> tuple[li
     found: dict[str, Finding] = {}
     lost: str | None = None
     barred: dict[Level, str] = {}
-    """What has to be seen to before anything more is asked, set or moved."""
+    """The row that bars a level: it has to be seen to before anything more is asked, set or moved."""
     for place, row in enumerate(by_level, 1):
         tell(place, len(rows), row.slug)
         is_over = row.person and OUTAGE in bench.memory  # several trials look at one loss of power
@@ -106,7 +106,7 @@ async def _walk(bench: Bench, trials: Mapping[str, Any], tell: Tell) -> tuple[li
             barred.setdefault(level, row.slug)
     for row in rows:
         found.setdefault(row.slug, cannot_tell(row, "It was not tried: the port has gone."))
-    return [_outcome(row, found[row.slug], bench.line) for row in rows], lost
+    return [it for row in rows for it in _outcomes(row, found[row.slug], bench.line)], lost
 
 
 def _bars(row: Assumption, finding: Finding) -> tuple[Level, ...]:
@@ -118,7 +118,7 @@ def _bars(row: Assumption, finding: Finding) -> tuple[Level, ...]:
         return tuple(Level)
     if finding.surprise:
         return Level.SETTINGS, Level.MOTION
-    return () if finding.change is None else (Level.MOTION,)
+    return (Level.MOTION,) if finding.changes else ()
 
 
 async def _try(
@@ -131,20 +131,21 @@ async def _try(
     return await trial(row, bench)
 
 
-def _outcome(row: Assumption, finding: Finding, line: Any) -> Outcome:
-    key = row.key if finding.change is None else finding.change.key
-    setting = None
-    if key and "{" not in key:
-        proposed = None if finding.change is None else finding.change.proposed
-        setting = Setting(key=key, now=value_at(line.model_dump(mode="json"), key), proposed=proposed)
+def _outcomes(row: Assumption, finding: Finding, line: Any) -> Iterator[Outcome]:
+    """The result of a trial: once, or for each of several settings that it proposes."""
+    table = line.model_dump(mode="json")
+    proposed = {it.key: it.proposed for it in finding.changes} or {row.key: None}
     needed = finding.needed if finding.result is Result.CANNOT_TELL else None
-    return Outcome(
-        assumption=row.slug, result=finding.result, setting=setting, needed=needed, seen=finding.seen
-    )
+    for key, value in proposed.items():
+        held = bool(key) and "{" not in key
+        setting = Setting(key=key, now=value_at(table, key), proposed=value) if held else None
+        yield Outcome(
+            assumption=row.slug, result=finding.result, setting=setting, needed=needed, seen=finding.seen
+        )
 
 
 def value_at(table: Any, key: str) -> Any:
-    """What a table has at a dotted key; tables in arrays are found by their ids."""
+    """The value of a table at a dotted key; tables in arrays are found by their ids."""
     for part in key.split("."):
         in_array = isinstance(table, list)
         table = next(it for it in table if it["id"] == part) if in_array else table[part]

@@ -8,7 +8,7 @@ from typing import Any
 from gateway.config import parse
 from gateway.config_file import value_text
 from gateway.core.toml_files import ConfigError
-from gateway.core.toml_lines import KeyPath, LineIndex
+from gateway.core.toml_lines import KeyPath, LineIndex, place_in_value
 
 
 def changed(text: str, line_id: str, changes: Mapping[str, Any], name: str) -> str:
@@ -55,17 +55,31 @@ def _place(tables: Any, its_id: str) -> int:
 
 
 def _set(text: str, path: KeyPath, value: Any, name: str) -> str:
-    """Replace the line of a key, or add one at the head of its table."""
+    """Replace the line of a key, or add one at the head of its table; or its place in an inline table."""
     index, rows = LineIndex(text), text.split("\n")
     written = f"{path[-1]} = {value_text(value)}"
     if path in index:
         place = index.line_of(path) - 1
         rows[place] = written + _comment_of(rows[place])
-    elif path[:-1] in index:
+    elif path[:-1] in index and "=" not in rows[index.line_of(path[:-1]) - 1]:
         rows.insert(index.line_of(path[:-1]), written)
     else:
-        raise ConfigError(f"{name}: set {'.'.join(map(str, path))} to {value_text(value)} by hand")
+        return _set_inline(text, path, value, name)
     return "\n".join(rows)
+
+
+def _set_inline(text: str, path: KeyPath, value: Any, name: str) -> str:
+    """Replace the value of a key in an inline table, or add the key at its head."""
+    index = LineIndex(text)
+    depth = next(it for it in range(len(path), -1, -1) if not it or path[:it] in index)
+    row = sum(len(it) + 1 for it in text.split("\n")[: index.line_of(path[:depth]) - 1])
+    try:
+        begin, end = place_in_value(text, text.index("=", row) + 1, path[depth:])
+    except (LookupError, ValueError):
+        written = f"{path[-1]} = {value_text(value)}"
+        raise ConfigError(f"{name}: write `{written}` into {'.'.join(map(str, path[:-1]))} by hand") from None
+    added = value_text(value) if begin != end else f" {path[-1]} = {value_text(value)},"
+    return text[:begin] + added + text[end:]
 
 
 def _comment_of(row: str) -> str:

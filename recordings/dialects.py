@@ -1,4 +1,4 @@
-"""What a replay knows of the frames of each family: what they ask, what answers them, what is drawn anew."""
+"""The frames of each family, as a replay knows them: what they ask, what answers them, what is drawn anew."""
 
 import re
 from abc import ABC, abstractmethod
@@ -32,7 +32,7 @@ class Dialect(ABC):
         self._drawn: dict[bytes, bytes] = {}
 
     def key(self, frame: bytes, caller: str | None) -> bytes:
-        """What a frame and the same one of another life have in common."""
+        """The part that a frame has in common with the same one of another life."""
         text = _MARK.sub(_ANY_MARK, frame)
         return self.unit + UNIT + (self.fence_number.sub(b"[#]", text) if caller in NUMBERED else text)
 
@@ -46,7 +46,7 @@ class Dialect(ABC):
         return
 
     def prepares(self, _frame: bytes, /) -> bool:
-        """Whether it only has an effect on how frames behind it are understood."""
+        """Tell whether it only has an effect on how frames behind it are understood."""
         return False
 
     def reply_to(self, frame: bytes, caller: str | None) -> bytes | None:
@@ -61,7 +61,7 @@ class Dialect(ABC):
 
     @abstractmethod
     def acknowledgement(self, frame: bytes) -> bytes | None:
-        """What says that a command was taken."""
+        """The reply that says that a command was taken."""
 
     def note(self, then: bytes, now: bytes, caller: str | None) -> None:
         """Take a frame of this life for one of the recording: what it has drawn stands for that of then."""
@@ -92,22 +92,22 @@ class Dialect(ABC):
 
     @abstractmethod
     def target(self, frame: bytes, /) -> bytes:
-        """Whom a frame is for: those for one keep their order."""
+        """The addressee of a frame: the frames of one keep their order."""
 
     @abstractmethod
     def effect(self, frame: bytes) -> Effect | None:
-        """What it does; None where it is no command."""
+        """The effect of a frame; None where it is no command."""
 
     @abstractmethod
     def answers(self, reply: bytes, frame: bytes) -> bool:
-        """Whether a reply may answer a frame."""
+        """Tell whether a reply may answer a frame."""
 
     def is_unasked(self, _reply: bytes, /) -> bool:
-        """Whether it is a message that answers nothing."""
+        """Tell whether it is a message that answers nothing."""
         return False
 
     def asks(self, frame: bytes) -> bool:
-        """Whether it only asks."""
+        """Tell whether it only asks."""
         return self.effect(frame) is Effect.READ
 
 
@@ -121,7 +121,7 @@ class Rorze(Dialect):
         return b"P[%04d]" % int(number[2:-1])
 
     def is_unasked(self, reply: bytes, /) -> bool:
-        """Of the addresses 7D and 7E (RC-420 manual 12)."""
+        """Tell whether it comes from the addresses 7D and 7E (RC-420 manual 12)."""
         return reply[:4] in (b">&7D", b">&7E")
 
     def target(self, frame: bytes, /) -> bytes:
@@ -149,7 +149,7 @@ class Rorze(Dialect):
         return None if self.effect(frame) is None else b">" + frame[: len(self.target(frame)) + 3] + b"\r"
 
     def answers(self, reply: bytes, frame: bytes) -> bool:
-        """Of the same body, with the same code."""
+        """Tell whether a reply has the body and the code of a frame."""
         return reply[1 : 1 + len(self.target(frame)) + 3] == frame[: len(self.target(frame)) + 3]
 
 

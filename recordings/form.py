@@ -43,22 +43,22 @@ class Clocks(BaseModel):
 
 
 class Manifest(BaseModel):
-    """What a recording is of."""
+    """The subject of a recording."""
 
     model_config = ConfigDict(populate_by_name=True)
 
     version: Literal[1] = 1
-    """Of the format."""
+    """The version of the format."""
     gateway: str
     """The version of the gateway that has recorded it."""
     epoch: str
-    """Of its events: the beginning of all their cursors."""
+    """The epoch of its events: the beginning of all their cursors."""
     from_: datetime = Field(alias="from")
     to: datetime
     clocks: Clocks
     lines: list[str]
     whole_plant: bool = True
-    """Whether these are all its lines: what is about no line is there, too."""
+    """True if these are all its lines: what is about no line is there, too."""
     cause: Literal["request", "alarm"] = "request"
     alarm_id: str | None = None
     complete: bool = True

@@ -1,4 +1,4 @@
-"""What happened on a line, as a replay needs it: what was written, with what came because of it."""
+"""The course of a line, as a replay needs it: what was written, with what came because of it."""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
@@ -26,7 +26,7 @@ class Exchange:
     """A frame that was written, and what came because of it."""
 
     number: int
-    """Of its record."""
+    """The number of its record."""
     at_s: float
     """Seconds after the beginning of the recording."""
     frame: bytes
@@ -53,7 +53,7 @@ class LineScript:
 
     @property
     def begins_open(self) -> bool:
-        """Whether it begins with the opening of the port, so that how it was set up is in it."""
+        """Tell whether it begins with the opening of the port, so that how it was set up is in it."""
         return bool(self.turns) and self.turns[0].opened and self.turns[0].at_s <= self.first_s
 
     @property

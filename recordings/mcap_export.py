@@ -21,7 +21,7 @@ _KEYS: Final = {
     "scaras": "scara_id",
     "robots": "robot_id",
 }
-"""What the things of each list are called by."""
+"""The key by which the things of each list are called."""
 _OBJECT: Final = json.dumps({"type": "object"}).encode()
 
 Message = tuple[int, str, Mapping[str, Any]]

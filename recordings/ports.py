@@ -22,7 +22,7 @@ from transports.trace import Sender, escape
 EARLY_S: Final = 0.05
 """A port may be opened, and an answer may be due, so much earlier than it was recorded."""
 OPENING_S: Final = 0.001
-"""The same where all is written in the same order."""
+"""An answer's lead where all is written in the same order."""
 LONGEST_DRAWN: Final = 11
 """Bytes of a mark."""
 DEPTH: Final = 5
@@ -54,11 +54,11 @@ class Written:
 
 @dataclass(frozen=True, slots=True)
 class Difference:
-    """What is written now and was not written then."""
+    """A difference: a frame is written now that was not written then."""
 
     line_id: str
     number: int
-    """Of the record that it begins at."""
+    """The number of the record that it begins at."""
     then: Written | None
     now: Written | None
     decided: Sequence[str] = ()
@@ -83,14 +83,14 @@ class ReplayPort(Transport):
         super().__init__(line.address)
         self.line = line
         self.sender: Callable[[], Sender] = lambda: (None, None)
-        """Who writes, asked at each write."""
+        """The author of a frame, asked for at each write."""
         self.difference: Difference | None = None
         self.on_difference: Callable[[], object] = lambda: None
         self.began_at = 0.0
         """Time of the loop at which the recording begins."""
         self._receiver: Receiver | None = None
         self.numbers: Sequence[int] = ()
-        """Of the fences that were written then."""
+        """The numbers of the fences that were written then."""
         self._fences = self._drawn = 0
         """How many are written now, and drawn to be written."""
 
@@ -217,7 +217,7 @@ class ExactPort(ReplayPort):
                 loop.call_at(max(self.began_at + at_s, loop.time()), self._lose)
 
     def _of_now(self, place: int) -> bytes:
-        """What came then, with what is drawn now: that may have come in pieces, and is as long as it was."""
+        """The bytes that came then, with what is drawn now, which may have come in pieces and is as long."""
         begin, end = self._offsets[place], self._offsets[place + 1]
         first = max(begin - LONGEST_DRAWN, 0)
         around = self.line.dialect.of_now(self._heard[first : end + LONGEST_DRAWN])
@@ -281,7 +281,7 @@ class MatchingPort(ReplayPort):
 
     @property
     def begins_open(self) -> bool:
-        """Whether how the line was set up is in the recording."""
+        """Tell whether how the line was set up is in the recording."""
         return self._script.begins_open
 
     def begin(self) -> None:
@@ -344,7 +344,7 @@ class MatchingPort(ReplayPort):
         return None
 
     def _missing(self, expected: Exchange | None) -> list[Exchange]:
-        """What was written before the frame that is expected, and is not: a difference begins there."""
+        """The frames before the expected one that are missing now: a difference begins there."""
         before = inf if expected is None else expected.number
         missing = [*self._left(), *filter(self._is_strange, self._script.exchanges)]
         return [it for it in missing if it.number <= before]
@@ -361,7 +361,7 @@ class MatchingPort(ReplayPort):
         return (self._script.exchanges[-1].number if self._script.exchanges else 1), None
 
     def _is_again(self, deed: Exchange, key: bytes) -> bool:
-        """Whether it is a stop that is said again: that is done until it is confirmed."""
+        """Tell whether it is a stop that is said again: that is done until it is confirmed."""
         return deed.key == key and self.line.dialect.effect(deed.frame) is Effect.STOP
 
     def _answer_of(self, key: bytes, target: bytes) -> Exchange | None:
@@ -390,7 +390,7 @@ class MatchingPort(ReplayPort):
             yield from islice(left, 1)
 
     def _is_strange(self, then: Exchange) -> bool:
-        """Whether a frame was written then as none is now: for a client, to nobody, or no command at all."""
+        """Tell whether a frame is like none of now: for a client, to nobody, or no command at all."""
         if _text(then.key) in self._written:
             return False
         dialect = self.line.dialect

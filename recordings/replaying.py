@@ -33,15 +33,15 @@ T = TypeVar("T")
 SETTLING_S: Final = 20.0
 """A gateway has set its lines up, and asked what it wants to know of them, after so long."""
 GRACE_S: Final = 5.0
-"""What was written then may be written so much later."""
+"""A frame may be written so much later than then."""
 _BEGAN_NS: Final = 946_684_800_000_000_000
 _TURNS: Final = 50
-"""Of the loop, in which all that comes at one instant is done before what is asked then."""
+"""Turns of the loop in which all that comes at one instant is done before what is asked then."""
 
 
 @dataclass
 class Replayed:
-    """What has come of a replay."""
+    """The result of a replay."""
 
     differences: list[Difference]
     """The first of each line, the first of all first."""
@@ -61,7 +61,7 @@ class Script:
     before: Mapping[str, Sequence[Numbered]]
     requests: Sequence[Mapping[str, Any]]
     exact: bool = False
-    """Whether all was written in virtual time, so that all is written in the same order again."""
+    """True if all was written in virtual time, so that all is written in the same order again."""
     began_ns: int = field(init=False)
 
     def __post_init__(self) -> None:
@@ -123,7 +123,7 @@ class Replay:
                 port.numbers = _numbers(script.records[table.id], line.dialect)
         self.over = asyncio.Event()
         self.asked: list[dict[str, Any]] = []
-        """What was asked, with its times in this replay."""
+        """The requests, with their times in this replay."""
         self.plant = plant_class(config, open_transport=self._open, rng=_Dice(self.ports.values()))
         for port in self.ports.values():
             recorder = self.plant.recorders[port.line.line_id]
@@ -133,7 +133,7 @@ class Replay:
 
     @property
     def said(self) -> dict[str, list[TraceEntry]]:
-        """What went over the lines of this replay."""
+        """The records of the lines of this replay."""
         recorders = ((it, self.plant.recorders[it]) for it in self._dialects)
         return {
             line_id: [TraceEntry.of(it) for piece in recorder.history.pieces() for it in piece.records()]

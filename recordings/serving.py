@@ -33,7 +33,7 @@ FLAG: Final = "Replay"
 """The header of every answer: what tells a client that it is served a recording."""
 SLOWEST, FASTEST = 0.01, 1000.0
 NEXT_S: Final = 0.05
-"""What comes within this time is told together."""
+"""Events within this time are told together."""
 LEAD_S: Final = 1.0
 """It begins so long before the first that there is."""
 CONTROL: Final = "/replay"
@@ -42,7 +42,7 @@ _OWN: Final = re.compile(
     r"/|/(?:events|version|livez|openapi|docs|assets|commands|translations|leases|system/identity)\b.*"
     r"|/lines/[^/]+/trace.*"
 )
-"""What the application answers itself: streams and traces of what is played, and what is always the same."""
+"""Paths that the application answers itself: streams, traces, and what is always the same."""
 _POSTS: Final = ("/tickets",)
 
 
@@ -72,7 +72,7 @@ class NoPort(Transport):
 
 
 class Control(BaseModel):
-    """What a client may change of a replay."""
+    """A change of a replay that a client may ask for."""
 
     model_config = ConfigDict(extra="forbid")
 
@@ -106,7 +106,7 @@ class Playback:
         self.plant = Plant(config, open_transport=NoPort)
         self.speed, self.paused = speed, False
         self.states: dict[str, Any] = {}
-        """What is told of each address now."""
+        """The newest state of each address."""
         self._itself = info_of(recording.path).model_dump(mode="json")
         self._moment = manifest.clocks.at, manifest.clocks.monotonic_ns
         self._first_event = next((int(row["sequence"]) for _, row in recording.rows(EVENTS)), 1)

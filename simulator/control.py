@@ -1,4 +1,4 @@
-"""What all control interfaces share, over HTTP: faults on the line, the truth, the forms of requests."""
+"""The common part of all control interfaces, over HTTP: faults, the truth, the forms of requests."""
 
 from collections.abc import Callable
 from dataclasses import asdict
@@ -30,7 +30,7 @@ class Strict(BaseModel):
 
 
 class Power(Strict):
-    """Whether something has power."""
+    """The power of something, on or off."""
 
     on: bool
 
@@ -51,6 +51,7 @@ class FaultSwitch(Strict):
     pass_frames: int = Field(default=0, ge=0, le=1_000_000, description="So many pass unharmed before.")
     delay_s: float = Field(default=0.1, ge=0, le=3600, description="For silence, split, late and doubled.")
     spread_s: float = Field(default=0.0, ge=0, le=3600, description="A random part of this is added.")
+    holds_up: bool = Field(default=False, description="Whether frames behind a late one wait for it.")
 
 
 class FactLine(Strict):

@@ -1,4 +1,4 @@
-"""What the bodies of the demo have learnt: speeds, a lift's program, and three that make a SCARA robot."""
+"""The knowledge of the bodies of the demo: speeds, a lift's program, and three that make a SCARA robot."""
 
 from typing import Final
 

@@ -1,13 +1,14 @@
-"""What can go wrong on the wire: faults that hit whole frames, either way, by chance or on demand."""
+"""Faults on the wire, which hit whole frames, either way, by chance or on demand."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from enum import StrEnum
+from math import inf
 from random import Random
 
 
 class Fault(StrEnum):
-    """What happens to a frame."""
+    """The fate of a frame."""
 
     SILENCE = "silence"
     """It is lost, and so is all that follows within the delay."""
@@ -46,15 +47,17 @@ class Switch:
     fault: Fault
     direction: Direction
     probability: float = 0.0
-    """Of each frame, 0 to 1."""
+    """The probability for each frame, 0 to 1."""
     next_frames: int = 0
-    """So many frames are hit for certain."""
+    """The number of frames that are hit for certain."""
     pass_frames: int = 0
-    """So many frames pass unharmed before."""
+    """The number of frames that pass unharmed before."""
     delay_s: float = 0.1
     """For silence, split, late and doubled."""
     spread_s: float = 0.0
     """The delay is longer by a random part of this."""
+    holds_up: bool = False
+    """True if frames behind a late one wait for it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,8 +76,9 @@ class Faults:
         self._dice = dice
         self._switches: dict[tuple[Direction, Fault], Switch] = {}
         self._in_order: dict[Direction, list[Switch]] = {}
-        """The same, as they meet a frame."""
+        """The switches that meet a frame."""
         self._silent_until: dict[Direction, float] = {}
+        self._held_until = dict.fromkeys(Direction, -inf)
 
     @property
     def switches(self) -> list[Switch]:
@@ -111,7 +115,16 @@ class Faults:
             hits = {Fault.SILENCE: 0.0}
         if Fault.SILENCE in hits or Fault.LOST in hits:
             return [], hits
-        return self._flights(self._bend(frame, hits), hits), hits
+        return self._held(self._flights(self._bend(frame, hits), hits), direction, now), hits
+
+    def _held(self, flights: list[Flight], direction: Direction, now: float) -> list[Flight]:
+        """Let frames wait for a late one before them, where that holds them up."""
+        late = self._switches.get((direction, Fault.LATE))
+        if late is None or not late.holds_up:
+            return flights
+        held = [replace(it, delay_s=max(it.delay_s, self._held_until[direction] - now)) for it in flights]
+        self._held_until[direction] = now + max(it.delay_s for it in held)
+        return held
 
     def _hits(self, direction: Direction) -> Iterable[tuple[Fault, float]]:
         for switch in self._in_order.get(direction, ()):

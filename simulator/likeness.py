@@ -3,6 +3,7 @@
 import json
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from pathlib import Path
 from typing import Any, Final
 
@@ -15,20 +16,20 @@ from simulator.rorze.quirks import QUIRKS as RC400_QUIRKS
 
 OTHERWISE: Final = ("differs", "contradicts")
 MEASURED: Final = ("late-replies", "turnaround", "copies-of-replies", "copies-of-answers")
-"""What is made as it was measured, not as a quirk makes it."""
+"""Assumptions that are made as they were measured, not as a quirk makes them."""
 LATE_TIMES: Final = 3.0
 """A reply so many times later than is usual was a late one."""
 
 
 @dataclass(frozen=True)
 class Likeness:
-    """What a report tells of a line."""
+    """A line, as a report tells of it."""
 
     report: Mapping[str, Any]
 
     @property
     def is_robot(self) -> bool:
-        """Whether the line has a robot."""
+        """Tell whether the line has a robot."""
         return bool(self.report["protocol"] == "fics")
 
     @property
@@ -73,15 +74,15 @@ class Likeness:
         """How often replies came late or twice, and by how much."""
         times, copies = self.report["measured"]["replies_s"], self.report["measured"]["copies_s"]
         usual = self._usual_s()
-        late = [it for it in times if it > LATE_TIMES * usual + 0.05]
+        late = [it > LATE_TIMES * usual + 0.05 for it in times]
+        first = sum(now and not before for before, now in pairwise([False, *late]))
         faults = []
-        for fault, found, after_s in (Fault.LATE, late, usual), (Fault.DOUBLED, copies, 0.0):
-            if found:
-                share, delay_s = len(found) / len(times), min(found) - after_s
-                spread_s = max(found) - min(found)
-                faults.append(
-                    Switch(fault, Direction.REPLIES, probability=share, delay_s=delay_s, spread_s=spread_s)
-                )
+        if first:  # those behind it were held up by it
+            switch = Switch(Fault.LATE, Direction.REPLIES, first / len(times), holds_up=True)
+            faults.append(replace(switch, delay_s=max(times) - usual))
+        if copies:
+            switch = Switch(Fault.DOUBLED, Direction.REPLIES, len(copies) / len(times), delay_s=min(copies))
+            faults.append(replace(switch, spread_s=max(copies) - min(copies)))
         return faults
 
     def _usual_s(self) -> float:

@@ -43,7 +43,7 @@ class Machine(Protocol):
 
 
 class Host(Protocol):
-    """Who gets what the machine says."""
+    """The receiver of what the machine says."""
 
     def write(self, data: bytes, /) -> None:
         """Take bytes at once, or lose them."""
@@ -54,7 +54,7 @@ class Clockwork:
 
     def __init__(self, machine: Machine) -> None:
         self.host: Host | None = None
-        """What the machine says while nobody listens is lost."""
+        """The receiver of its bytes; without one they are lost."""
         self._machine = machine
         self._loop = asyncio.get_running_loop()
         self._timer: asyncio.Handle | None = None

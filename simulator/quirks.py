@@ -1,4 +1,4 @@
-"""What lines of all families can be otherwise in than the gateway believes."""
+"""Quirks of lines of all families: they are otherwise than the gateway believes."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -6,9 +6,9 @@ from typing import Any, Final, Protocol
 
 from simulator.faults import Direction, Fault, Faults, Switch
 
-LATE_S: Final = 3.0
-"""A reply later than is waited for."""
-SLOW_S: Final = 0.4
+LATE_S: Final = 2.6
+"""A reply later than anybody expects it."""
+SLOW_S: Final = 0.26
 """A reply that takes most of the time that it has."""
 COPIED_S: Final = 3.0
 """A copy comes so late that nobody expects it."""
@@ -21,7 +21,7 @@ class Line(Protocol):
 
     @property
     def faults(self) -> Faults:
-        """What befalls its frames."""
+        """The faults of its frames."""
 
 
 def with_settings(**switches: Any) -> Callable[[Line], None]:
@@ -31,6 +31,11 @@ def with_settings(**switches: Any) -> Callable[[Line], None]:
         line.settings = replace(line.settings, **switches)
 
     return turn
+
+
+def with_late_replies(line: Line) -> None:
+    """Have some replies come late."""
+    line.faults.set(Switch(Fault.LATE, Direction.REPLIES, probability=0.05, delay_s=LATE_S, holds_up=True))
 
 
 def with_late_copies(line: Line) -> None:

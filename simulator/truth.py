@@ -1,4 +1,4 @@
-"""What really happened in the simulated plant, whatever the line made of it: the judge of every test."""
+"""The truth of the simulated plant, whatever the line made of it: the judge of every test."""
 
 import json
 from collections import deque

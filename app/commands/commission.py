@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from commissioning.report import Report
 
 LEVELS = ("settings", "motion")
+ANSWERS = {"y": True, "yes": True, "": False, "n": False, "no": False}
 
 
 def commission(
@@ -60,7 +61,8 @@ def commission(
         _require_questions(levels)
         found = _beside(Client.at(url, key_file), line, apply=apply)
     else:
-        found = _alone(line, config, _terms(levels, yes or (), between))
+        with ProgressLine() as progress:
+            found = _alone(line, config, _terms(levels, yes or (), between, progress), progress)
     _write(found, report)
     _tell(found)
     if config is None:
@@ -121,30 +123,45 @@ def _advise(found: "Report") -> None:
         typer.echo(f"Set {key} of line {found.line} to {value!r} in the configuration of the gateway.")
 
 
-def _terms(levels: frozenset[Any], yes: Sequence[str], between: tuple[float, float] | None) -> "Terms":
+def _terms(
+    levels: frozenset[Any], yes: Sequence[str], between: tuple[float, float] | None, progress: ProgressLine
+) -> "Terms":
     from commissioning.bench import Places, Terms
 
     agreed = {it.upper() for it in yes}
 
-    async def consent(_row: "Assumption", subject: str, what: str) -> bool:
-        return subject.upper() in agreed or await _confirm(what)
+    async def consent(row: "Assumption", subject: str, what: str) -> bool:
+        return subject.upper() in agreed or await switch(row, subject, what)
 
     async def switch(_row: "Assumption", _subject: str, what: str) -> bool:
+        progress.clear()
         return await _confirm(what)
 
     return Terms(levels, consent, switch, None if between is None else Places(*between))
 
 
 async def _confirm(what: str) -> bool:
-    """Ask at the terminal; no where nobody is there."""
+    """Ask at the terminal; no where nobody is there. A thread that reads would outlast Ctrl-C."""
     if not sys.stdin.isatty():
         return False
     import asyncio
 
-    return await asyncio.to_thread(typer.confirm, what, err=True)
+    loop, typed = asyncio.get_running_loop(), asyncio.Event()
+    while True:
+        typer.echo(f"{what} [y/N]: ", nl=False, err=True)
+        typed.clear()
+        loop.add_reader(sys.stdin, typed.set)
+        try:
+            await typed.wait()
+        finally:
+            loop.remove_reader(sys.stdin)
+        answer = sys.stdin.readline().strip().lower()
+        if answer in ANSWERS:
+            return ANSWERS[answer]
+        typer.echo("Answer y or n.", err=True)
 
 
-def _alone(line_id: str, file: Path, terms: "Terms") -> "Report":
+def _alone(line_id: str, file: Path, terms: "Terms", progress: ProgressLine) -> "Report":
     """Commission a line of a file at its port."""
     import asyncio
 
@@ -163,17 +180,16 @@ def _alone(line_id: str, file: Path, terms: "Terms") -> "Report":
     async def run(tell: Callable[[int, int, str], None]) -> "Report":
         return await walk(lines[line_id], terms, tell=tell)
 
-    with ProgressLine() as progress:
-        try:
-            return asyncio.run(run(lambda place, of, slug: progress.say(f"{place} of {of}: {slug}")))
-        except TransportError as error:
-            raise Failure(f"{error} The line {line_id} was not commissioned.", exits.NOT_SENT) from None
-        except KeyboardInterrupt:
-            moving = "a motor that a trial had moved was stopped by software: look whether it stands. "
-            raise Failure(
-                f"It was broken off, and there is no report. What was set was set back; {moving}Begin anew.",
-                exits.REFUSED,
-            ) from None
+    try:
+        return asyncio.run(run(lambda place, of, slug: progress.say(f"{place} of {of}: {slug}")))
+    except TransportError as error:
+        raise Failure(f"{error} The line {line_id} was not commissioned.", exits.NOT_SENT) from None
+    except KeyboardInterrupt:
+        moving = "a motor that a trial had moved was stopped by software: look whether it stands. "
+        raise Failure(
+            f"It was broken off, and there is no report. What was set was set back; {moving}Begin anew.",
+            exits.REFUSED,
+        ) from None
 
 
 def _write(found: "Report", report: Path | None) -> None:

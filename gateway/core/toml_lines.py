@@ -1,6 +1,7 @@
 """Where each key of a TOML text stands: the line numbers that `tomllib` does not tell."""
 
 import re
+from collections.abc import Iterator, Sequence
 
 KeyPath = tuple[str | int, ...]
 """Keys and array indices from the top of the document."""
@@ -88,6 +89,51 @@ def end_of_array(text: str, begin: int) -> tuple[int, str]:
             break
         end = token.end()
     return end, text[end - 1]
+
+
+def place_in_value(text: str, begin: int, path: KeyPath) -> tuple[int, int]:
+    """Find what stands at a path in the value that begins at a place: its begin and its end.
+
+    A key that an inline table does not have stands, without a sign, behind the table's bracket.
+
+    :raises LookupError: no table is there.
+    """
+    tokens = [it for it in _TOKEN.finditer(text, begin) if not it[0].isspace() and it[0][0] != "#"]
+    at = 0
+    for depth, part in enumerate(path, 1):
+        is_array, opened = isinstance(part, int), tokens[at].end()
+        if tokens[at][0] != ("[" if is_array else "{"):
+            raise LookupError(part)
+        elements = _elements(tokens, at + 1)
+        at = next(
+            (place for number, (key, place) in enumerate(elements) if part == (number if is_array else key)),
+            -1,
+        )
+        if at < 0 and (depth < len(path) or is_array):
+            raise LookupError(part)
+        if at < 0:
+            return opened, opened
+    return tokens[at].start(), tokens[_behind(tokens, at) - 1].end()
+
+
+def _elements(tokens: Sequence[re.Match[str]], at: int) -> Iterator[tuple[str, int]]:
+    """The elements of an array, or of an inline table with their keys: where the value of each begins."""
+    while tokens[at][0] not in "]}":
+        end, key = _behind(tokens, at), ""
+        signs = [it[0] for it in tokens[at:end]]
+        if "=" in signs and tokens[at][0] not in "[{":
+            key, at = "".join(signs[: signs.index("=")]).strip("\"'"), at + signs.index("=") + 1
+        yield key, at
+        at = end + (tokens[end][0] == ",")
+
+
+def _behind(tokens: Sequence[re.Match[str]], at: int) -> int:
+    """The token behind an element: a comma, or the end of what it is in."""
+    depth = 0
+    while depth or tokens[at][0] not in (",", "]", "}"):
+        depth += (tokens[at][0] in "[{") - (tokens[at][0] in "]}")
+        at += 1
+    return at
 
 
 def _parts(dotted: str) -> list[str]:

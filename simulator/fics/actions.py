@@ -57,10 +57,10 @@ class Later:
 LATER = Later()
 
 Outcome = Reply | list[Reply] | str | Later | None
-"""What an action returns; None is the bare name, a list is one answer each, text is an answer as written."""
+"""The result of an action; None is the bare name, a list is one answer each, text is an answer as written."""
 
 Wait = tuple[Course, ...] | float
-"""What a task waits for: motion to end, or a moment."""
+"""The awaited end of a task: of motion, or a moment."""
 
 Task = Generator[Wait, float, float]
 """Something that takes time: sent the moments at which its waits were over, it returns the last of them."""
@@ -96,7 +96,7 @@ def plans(mode: MotionMode, *rows: type[C]) -> Callable[[Plan[M, C]], Plan[M, C]
 
 
 def action_of(command: FicsCommand[Any]) -> Action[Any, Any] | None:
-    """What a command does at once; None if it takes time."""
+    """The action of a command that is done at once; None if it takes time."""
     return _ACTIONS.get(type(command))
 
 
@@ -132,5 +132,5 @@ def _read(name: str, arguments: str) -> FicsCommand[Any] | Code:
 
 
 def is_command(name: str) -> bool:
-    """Whether a name is a command's, not a macro's."""
+    """Tell whether a name is a command's, not a macro's."""
     return name in COMMANDS

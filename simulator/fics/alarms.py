@@ -16,10 +16,10 @@ OVERRUN = 0xF0
 """The driver's error code on a limit sensor, an assumption."""
 
 ARMS_TOO_SHORT = 1
-"""What the conversion adds to error 183; an assumption."""
+"""The offset that the conversion adds to error 183; an assumption."""
 
 NO_ERROR = ErrorDetail()
-"""What ERD tells before anything has happened."""
+"""The answer of ERD before anything has happened."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,7 +31,7 @@ class Alarm:
 
     @property
     def is_emergency(self) -> bool:
-        """Whether all axes are in the state EMERGENCY."""
+        """Tell whether all axes are in the state EMERGENCY."""
         return self.detail.kind is DetailKind.EMERGENCY
 
 
@@ -42,7 +42,7 @@ def emergency() -> Alarm:
 
 
 def driver_error(unit: int, axis: str, code: int, overrun: Sensor | None = None) -> Alarm:
-    """What a driver reports."""
+    """The report of a driver."""
     signals = DriverSignals(
         emergency=False,
         plus_overtravel=overrun is Sensor.PLUS_LIMIT,

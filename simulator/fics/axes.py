@@ -49,7 +49,7 @@ class Axis:
     plus_limit: float
     minus_limit: float
     percent: float = 100.0
-    """Of the top speed in moves of user axes (VAO); back to 100 at power-on."""
+    """The share of the top speed in moves of user axes (VAO); back to 100 at power-on."""
     acceleration_ms: int = 200
     deceleration_ms: int = 200
     start_speed_pps: int = 0
@@ -72,7 +72,7 @@ class Axis:
         )
 
     def within_limits(self, place: float) -> bool:
-        """Whether the soft limits allow a place; half a displayed step is rounding."""
+        """Tell whether the soft limits allow a place; half a displayed step is rounding."""
         slack = self.measure.step / 2
         return self.minus_limit - slack < place < self.plus_limit + slack
 
@@ -98,7 +98,7 @@ class World:
     """The encoder's Z phase comes once in so many units, at multiples of this."""
 
     def sensor(self, sensor: Sensor, at: float) -> bool:
-        """Whether a sensor is on there."""
+        """Tell whether a sensor is on there."""
         if sensor is Sensor.PLUS_LIMIT:
             return at >= self.plus_limit
         if sensor is Sensor.MINUS_LIMIT:
@@ -117,7 +117,7 @@ class Motor(Axis):
 
     world: World = field(kw_only=True)
     motor_percent: float = 100.0
-    """Of the top speed in moves of motor axes (MAO), of a user axis too; back to 100 at power-on."""
+    """The share of the top speed in moves of motor axes (MAO), and user axes; 100 at power-on."""
     homing_type: int = 0
     homing_offset: float = 0.0
     homing_speed: float = field(default=0.0, kw_only=True)
@@ -128,7 +128,7 @@ class Motor(Axis):
     """Where its coordinate 0 is, in the world's units."""
     homed: bool = False
     ever_homed: bool = False
-    """Whether it was homed before the last loss of power, or any earlier one."""
+    """True if it was homed before the last loss of power, or any earlier one."""
     driver_error: int = 0
     """00-FF as ACD tells it; 0 is none."""
     silent: bool = False
@@ -137,7 +137,7 @@ class Motor(Axis):
     """Sensors that are on or off whatever the world says."""
 
     def sees(self, sensor: Sensor, coordinate: float) -> bool:
-        """Whether a sensor is on, with the axis at a coordinate."""
+        """Tell whether a sensor is on, with the axis at a coordinate."""
         return self.held.get(sensor, self.world.sensor(sensor, coordinate + self.zero))
 
     def limit(self, sensor: Sensor) -> float:
@@ -147,11 +147,11 @@ class Motor(Axis):
         return (self.world.plus_limit if sensor is Sensor.PLUS_LIMIT else self.world.minus_limit) - self.zero
 
     def known(self) -> bool:
-        """Whether the controller knows where it is."""
+        """Tell whether the controller knows where it is."""
         return self.homed and not self.silent
 
     def ready(self) -> bool:
-        """Whether the driver can move it."""
+        """Tell whether the driver can move it."""
         return not self.driver_error and not self.silent
 
     def search_ramps(self, speed: float) -> Ramps:

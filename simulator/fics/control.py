@@ -73,7 +73,7 @@ class SystemState(Strict):
 
 
 class On(Strict):
-    """Whether something is so."""
+    """A switch, on or off."""
 
     on: bool
 
@@ -92,7 +92,7 @@ class DriverChange(Strict):
 
 
 class TerminalUse(Strict):
-    """What somebody does at the teaching terminal; null for nothing."""
+    """The activity at the teaching terminal; null for none."""
 
     activity: Activity | None
 
@@ -118,7 +118,7 @@ class Trouble(Strict):
 
 
 class LineChange(Strict):
-    """What the manual leaves open about the line; what is left out stays as it is."""
+    """Settings that the manual leaves open about the line; what is left out stays as it is."""
 
     reply_delay_s: float | None = Field(default=None, ge=0, le=60)
     terminator: Terminator | None = None
@@ -132,7 +132,7 @@ Bits = Annotated[tuple[str, ...], Field(strict=False)]  # JSON has lists only
 
 
 class RobotChange(Strict):
-    """What the manual leaves open about the robot; what is left out stays as it is."""
+    """Settings that the manual leaves open about the robot; what is left out stays as it is."""
 
     stop_while_braking: Literal["overtakes", "refused"] | None = None
     emergency_stop: Literal["at_once", "brakes"] | None = None

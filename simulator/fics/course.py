@@ -1,4 +1,4 @@
-"""What is moving in one unit: strokes along straight lines in motor or user coordinates, one or many."""
+"""The motion in one unit: strokes along straight lines in motor or user coordinates, one or many."""
 
 from collections.abc import Generator, Iterator, Mapping
 from dataclasses import dataclass, replace
@@ -123,7 +123,7 @@ class Course:
 
     @property
     def ended(self) -> bool:
-        """Whether everything stands still."""
+        """Tell whether everything stands still."""
         return not self._tracks
 
     def next_at(self) -> float:
@@ -138,7 +138,7 @@ class Course:
             self._set_off(first)
 
     def moves(self, axis: int) -> bool:
-        """Whether an axis, by its place in the unit, is on its way."""
+        """Tell whether an axis, by its place in the unit, is on its way."""
         return any(axis in track.stroke.spans for track in self._tracks)
 
     def motor_places(self, now: float) -> Places:

@@ -43,7 +43,7 @@ class SimulatedDpram(Port):
         self.tears = Tears()
         """How the next messages to the host are torn."""
         self.ends_with_cr = True
-        """Whether a message carries its CR, or is ended by its flag alone; an assumption."""
+        """True if a message carries its CR, or is ended by its flag alone; an assumption."""
         self.takes_after_s = 0.0
         """How long a message of the host lies there before it is taken; an assumption."""
         self._full_since: float | None = None
@@ -120,7 +120,7 @@ class SimulatedDpram(Port):
                 self._clockwork.feed(message)
 
     def _has_lain(self) -> bool:
-        """Whether a message has lain there as long as they do."""
+        """Tell whether a message has lain there as long as they do."""
         now = self._loop.time()
         since = self._full_since = now if self._full_since is None else self._full_since
         if now - since < self.takes_after_s:

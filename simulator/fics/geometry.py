@@ -17,7 +17,7 @@ class Geometry(Protocol):
 
     @property
     def converted(self) -> int:
-        """So many axes, the first ones, are converted; the others are the same in both systems."""
+        """The number of axes, the first ones, that are converted; the others are the same in both systems."""
 
     def to_user(self, motors: Places) -> Places:
         """Where the tool is."""

@@ -18,7 +18,7 @@ class OriginNotFound(Exception):
 
 
 class Manner(NamedTuple):
-    """What distinguishes a homing type."""
+    """The properties of a homing type."""
 
     sensor: Sensor
     turns_back: bool

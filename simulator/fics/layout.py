@@ -1,4 +1,4 @@
-"""What a simulated Fics is made of: its units and axes, its inputs and outputs, its macros, its version."""
+"""The layout of a simulated Fics: its units and axes, its inputs and outputs, its macros, its version."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -25,7 +25,7 @@ ARMS = {"X": "A", "Y": "B"}
 
 
 class Kit(NamedTuple):
-    """What an axis is made of."""
+    """The mechanics of an axis."""
 
     top_speed: float
     homing_speed: float

@@ -23,7 +23,7 @@ _WITH_BOTH = re.compile(rb"[^\n]*\r(?!\n)")
 
 @dataclass(frozen=True, slots=True)
 class LineSettings:
-    """What the C-HOST manual leaves open about its line; each value is an assumption."""
+    """Settings that the C-HOST manual leaves open about its line; each value is an assumption."""
 
     reply_delay_s: float = 0.0
     """From the end of a command, or of a motion, to the start of its reply."""
@@ -34,9 +34,9 @@ class LineSettings:
     hears: Literal["either", "crlf"] = "either"
     """Which ends of a line are understood (1-2)."""
     half_commands: Literal["refused", "executed"] = "refused"
-    """What becomes of a command with `!` behind it: `!` is left out, or it is in a wrong form (2-12)."""
+    """The fate of a command with `!` behind it: `!` is left out, or it is in a wrong form (2-12)."""
     echoes: bool = False
-    """Whether each line comes back, as with an adapter's local echo."""
+    """True if each line comes back, as with an adapter's local echo."""
 
 
 class SimulatedFics:

@@ -8,7 +8,7 @@ from simulator.truth import TruthLog
 
 
 class Mechanics:
-    """What moves in a unit, for a command, a program or a JOG."""
+    """The moving part of a unit, for a command, a program or a JOG."""
 
     def __init__(
         self, number: int, geometry: Geometry, motors: Sequence[Motor], truth: TruthLog | None = None

@@ -6,7 +6,7 @@ from math import copysign, inf, sqrt
 
 @dataclass(frozen=True, slots=True)
 class Ramps:
-    """What shapes a move: speeds in units/s, accelerations in units/s² (infinite: without a ramp)."""
+    """The shape of a move: speeds in units/s, accelerations in units/s² (infinite: without a ramp)."""
 
     start_speed: float
     speed: float
@@ -96,7 +96,7 @@ class Glide:
         return late
 
     def braked(self, now: float) -> "Glide":
-        """The same, ramped down to the start speed from now on; one that is as good as there goes on."""
+        """The motion, ramped down to the start speed from now on; one that is as good as there goes on."""
         origin, speed = self.place(now), self.speed(now)
         drop = speed - min(self.ramps.start_speed, speed)
         brake = _Phase(now, drop / self.ramps.deceleration, 0.0, speed, -drop, self.ramps.s_curve)

@@ -6,7 +6,7 @@ from types import MappingProxyType
 from typing import Any, Final
 
 from simulator.fics.line import SimulatedFics
-from simulator.quirks import LATE_S, SLOW_S, with_late_copies, with_settings
+from simulator.quirks import SLOW_S, with_late_copies, with_late_replies, with_settings
 
 Quirk = Callable[[SimulatedFics], None]
 
@@ -21,7 +21,7 @@ def _robot(**switches: Any) -> Quirk:
 QUIRKS: Final[Mapping[str, Quirk]] = MappingProxyType(
     {
         "echo": with_settings(echoes=True),
-        "late-replies": with_settings(reply_delay_s=LATE_S),
+        "late-replies": with_late_replies,
         "turnaround": with_settings(reply_delay_s=SLOW_S),
         "half-robot-command": with_settings(half_commands="executed"),
         "robot-terminator": with_settings(hears="crlf"),
@@ -44,4 +44,4 @@ QUIRKS: Final[Mapping[str, Quirk]] = MappingProxyType(
         "stop-overtakes": _robot(stop_while_braking="refused"),
     }
 )
-"""What makes each of them false. Those about a dual-port RAM are made false at its port."""
+"""The quirk that makes each of them false. Those about a dual-port RAM are made false at its port."""

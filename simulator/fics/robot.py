@@ -62,7 +62,7 @@ class Message(NamedTuple):
 
 @dataclass
 class Job:
-    """What the host has set in motion: there is one at a time."""
+    """A motion of the host: there is one at a time."""
 
     name: str
     mode: MotionMode
@@ -74,11 +74,11 @@ class Job:
     answered: bool = False
     """As JOG is, when it begins."""
     alarm: Alarm | None = None
-    """What it brakes for, and ends with."""
+    """The reason for which it brakes, and ends."""
 
     @property
     def courses(self) -> tuple[Course, ...]:
-        """What it is moving."""
+        """The motion under way."""
         return self.wait if isinstance(self.wait, tuple) else ()
 
     def next_at(self) -> float:
@@ -88,7 +88,7 @@ class Job:
         return -inf if self.rests() else min(course.next_at() for course in self.wait)
 
     def rests(self) -> bool:
-        """Whether nothing of it moves."""
+        """Tell whether nothing of it moves."""
         return all(course.ended for course in self.courses)
 
 
@@ -116,7 +116,7 @@ class Robot:
         self.refusal = Code.NONE
         """The last error of communication, until ERR has told it."""
         self._job_unit: int | None = None
-        """Of the job that is just going on: a macro keeps to its unit when the host selects another."""
+        """The unit of the job that goes on: a macro keeps to it when the host selects another."""
         self.boot()
 
     # Power
@@ -128,7 +128,7 @@ class Robot:
         self.upload: int | None = None
         """The number the next POS gets, between POF 1 and POF 2."""
         self.terminal: MotionMode | None = None
-        """What is run from the teaching terminal; automatic operation runs a program, as a macro does."""
+        """The job of the teaching terminal; automatic operation runs a program, as a macro does."""
         self.editing = False
         """Data or parameters are being edited at the teaching terminal."""
         self.job: Job | None = None
@@ -227,7 +227,7 @@ class Robot:
         return frozenset(found)
 
     def jogging(self) -> bool:
-        """Whether axes are jogging, and no stop has ended that."""
+        """Tell whether axes are jogging, and no stop has ended that."""
         return self.job is not None and self.job.mode is MotionMode.JOG and self.braking is None
 
     def _answers(self, command: FicsCommand[Any], outcome: Outcome, mode: int) -> list[str]:
@@ -262,7 +262,7 @@ class Robot:
         return inf if self.job is None else max(self.job.next_at(), self._now)
 
     def take_messages(self) -> list[Message]:
-        """What it has said since the last call."""
+        """The messages since the last call."""
         messages, self._messages = self._messages, []
         return messages
 
@@ -396,7 +396,7 @@ class Robot:
         self.latest = NO_ERROR if self.alarm is None else self.alarm.detail
 
     def _lasting_alarm(self) -> Alarm | None:
-        """What is still wrong after a reset."""
+        """The errors that stand after a reset."""
         if self.stop_input:
             return emergency()
         for unit in self.units.values():
@@ -412,7 +412,7 @@ class Robot:
     # What it tells
 
     def hides_positions(self) -> bool:
-        """Whether no position is told: one of the things goes on that may move any unit."""
+        """Tell whether no position is told: one of the things goes on that may move any unit."""
         if self.settings.hidden_positions == "at_rest":
             return True
         if len(self.units) == 1 and self.settings.hidden_positions == "several_units":
@@ -421,11 +421,11 @@ class Robot:
         return not modes.isdisjoint((MotionMode.HOMING, MotionMode.MACRO))
 
     def servos_on(self) -> bool:
-        """Whether drivers may move: not in the state EMERGENCY."""
+        """Tell whether drivers may move: not in the state EMERGENCY."""
         return self.alarm is None or not self.alarm.is_emergency
 
     def motion_mode(self, unit: Unit) -> MotionMode:
-        """What ACD tells the motors of a unit are doing."""
+        """The motion mode of the motors of a unit, as ACD tells it."""
         if not self.servos_on():
             return MotionMode.STOPPED
         if self.job is not None and self.job.unit in (None, unit.number):

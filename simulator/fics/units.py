@@ -56,25 +56,25 @@ class Unit(Mechanics):
         return self.motors[user_axis : user_axis + 1]
 
     def is_converted(self, user_axis: int) -> bool:
-        """Whether a user axis differs from the motors."""
+        """Tell whether a user axis differs from the motors."""
         return user_axis < self.geometry.converted
 
     def shown_motors(self, now: float) -> list[float | None]:
-        """What MPS tells of the motors."""
+        """The answer of MPS, of the motors."""
         return [
             motor.measure.shown(at) if motor.known() else None
             for motor, at in zip(self.motors, self.motor_places(now), strict=True)
         ]
 
     def shown_users(self, now: float) -> list[float | None]:
-        """What APS tells of the user axes."""
+        """The answer of APS, of the user axes."""
         return [
             axis.measure.shown(at) if all(motor.known() for motor in self.motors_of(place)) else None
             for place, (axis, at) in enumerate(zip(self.users, self.user_places(now), strict=True))
         ]
 
     def moves(self, motor: int) -> bool:
-        """Whether a motor is on its way: all of those together that a converted move needs."""
+        """Tell whether a motor is on its way: all of those together that a converted move needs."""
         if self.course is None:
             return False
         if not self.course.converted or not self.is_converted(motor):

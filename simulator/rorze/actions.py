@@ -30,7 +30,7 @@ class Delayed:
 
 
 Outcome = Reply | Delayed | None
-"""What an action returns; None is the bare echo of the code."""
+"""The result of an action; None is the bare echo of the code."""
 
 M = TypeVar("M")
 """The machine that acts."""

@@ -16,7 +16,7 @@ def held(count: int) -> int:
 
 
 class Axis:
-    """What the parts of a controller have in common.
+    """The common ground of the parts of a controller.
 
     Pulses are counted in two ways: since the axis was built, as the shaft knows them (`motor`, `world`),
     and as the positions a host reads, which 6PS and an origin search shift and a loss of power clears.
@@ -31,23 +31,23 @@ class Axis:
         self.world = World()
         self.flash = Flash()
         self.keeps_position = False
-        """Whether a loss of power leaves the position as it is: the manual does not say."""
+        """True if a loss of power leaves the position as it is: the manual does not say."""
         self.keeps_comments = False
-        """Whether user comments (9VS) outlast a loss of power, in a memory with a battery, say: as above."""
+        """True if user comments (9VS) outlast a loss of power, in a memory with a battery, say: as above."""
         self.compares_inclusively = False
-        """Whether `<` and `>` of JCP hold for equal values: its page says so, chapter 20 does not."""
+        """True if `<` and `>` of JCP hold for equal values: its page says so, chapter 20 does not."""
         self.refuses_stale_positions = False
-        """Whether HPS must have told where the axis really is: the manual does not say."""
+        """True if HPS must have told where the axis really is: the manual does not say."""
         self.labels_lead_on = False
-        """Whether UPD and UWD answer a label with the instruction behind it: not in the manual's examples."""
+        """True if UPD and UWD answer a label with the instruction behind it: not in the manual's examples."""
         self.wrong_mode_error = WRONG_MODE
         """The refusal of a command in an operating mode it is not marked for: the manual gives none."""
         self.forgets_errors = False
-        """Whether the errors in 9CD are gone once they were told: the manual says that 9CS clears them."""
+        """True if the errors in 9CD are gone once they were told: the manual says that 9CS clears them."""
         self.pace = 1.0
         """By how much the motor is faster than its settings say."""
         self.refuses_second_stop = False
-        """Whether 5IS is refused after 5SS: the manual does not say."""
+        """True if 5IS is refused after 5SS: the manual does not say."""
 
     def power_on(self, now: float) -> None:
         """Load flash into RAM; the counters start from 0 (RC-420 manual 18).

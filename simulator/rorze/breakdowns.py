@@ -1,4 +1,4 @@
-"""What breaks inside one RC-420: errors that no command can bring about (RC-420 manual 13.8.2, 21)."""
+"""Breakdowns inside one RC-420: errors that no command can bring about (RC-420 manual 13.8.2, 21)."""
 
 from dataclasses import dataclass
 from typing import Final
@@ -12,7 +12,7 @@ INTERNAL_ERRORS: Final = frozenset(code for code, row in ERRORS.items() if row.k
 
 @dataclass
 class Breakdown:
-    """So many of the next commands are answered with an error, and not done; power makes no difference."""
+    """The number of commands that are answered with an error, and not done; power changes nothing."""
 
     error: int = 0
     next_commands: int = 0

@@ -53,7 +53,7 @@ class BrownOut(Strict):
 
 
 class BodyChange(Strict):
-    """What the RC-420 manual leaves open about a controller; docs/simulator.md tells the defaults."""
+    """Settings that the RC-420 manual leaves open about a controller; see docs/simulator.md."""
 
     keeps_position: bool | None = None
     keeps_comments: bool | None = None
@@ -87,7 +87,7 @@ class Disc(Strict):
 
 
 class Mechanics(Strict):
-    """What is bolted to an axis; what is left out stays as it is."""
+    """The mechanics of an axis; what is left out stays as it is."""
 
     origin: Stretch | None = None
     cw_limit: Stretch | None = None

@@ -45,7 +45,7 @@ from simulator.truth import TruthLog
 """The controller status as 9CD tells it (RC-420 manual 13.8.2)."""
 
 _ERROR_BITS = {ErrorKind.COMMAND: COMMAND_ERROR, ErrorKind.COMMUNICATION: COMMUNICATION_ERROR}
-"""What an error does to the controller status; that a system error does nothing is an assumption."""
+"""The effect of an error on the controller status; that a system error does nothing is an assumption."""
 
 MOVING = 0x50
 
@@ -55,11 +55,11 @@ _END_ERRORS = {
     EMS_CAUSE: (EMS_ERROR, "ems"),
     STALL_CAUSE: (STALL_ERROR, "stall"),
 }
-"""What an end cause does to the controller status, and the error output it drives (CES)."""
+"""The effect of an end cause on the controller status, and the error output it drives (CES)."""
 
 
 class StallFinder(Enum):
-    """What has found that the motor does not follow its pulses."""
+    """The finder of a motor that does not follow its pulses."""
 
     SENSOR = auto()
     ENCODER = auto()
@@ -203,7 +203,7 @@ class Rc420(Axis):
             self._settle(now)
 
     def take_messages(self) -> list[Message]:
-        """What the controller has said unasked since the last call, in the order of time."""
+        """The messages that the controller has sent unasked since the last call, in the order of time."""
         messages, self._messages = self._messages, []
         return messages
 
@@ -288,7 +288,7 @@ class Rc420(Axis):
         self._text = now, text
 
     def text_waits(self) -> bool:
-        """Whether a text has not been collected (JMG)."""
+        """Tell whether a text has not been collected (JMG)."""
         return self._text is not None
 
     def text_since(self) -> float | None:
@@ -307,7 +307,7 @@ class Rc420(Axis):
     # Sensors
 
     def sees(self, sensor: int) -> bool:
-        """Whether a sensor is on, as CLD tells it."""
+        """Tell whether a sensor is on, as CLD tells it."""
         return self.io.sensor(sensor)
 
     def sensor_changed(self, sensor: int, on: bool, now: float) -> None:
@@ -343,7 +343,7 @@ class Rc420(Axis):
         self.motor.stop(STALL_CAUSE, now)
 
     def _slit_missed(self, pulses: int) -> bool:
-        """Whether the STALL sensor is not as it should be where it is compared."""
+        """Tell whether the STALL sensor is not as it should be where it is compared."""
         if self.stall_centre is None or pulses not in self._stall_checks(pulses):
             return False
         covered = (pulses - self.stall_centre) // (self.settings.stall_interval // 2) % 2 == 0
@@ -396,7 +396,7 @@ class Rc420(Axis):
         return self.status | (PULSES_RUNNING if self.motor.moving else 0)
 
     def status_values(self, now: float) -> StatusValues:
-        """What event messages watch and tell."""
+        """The state that event messages watch and tell."""
         return {
             "controller": self.status_now(),
             "end_cause": self.end_cause,

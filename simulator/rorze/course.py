@@ -112,7 +112,7 @@ class PathTrain(PulseTrain):
 
     @property
     def final(self) -> bool:
-        """Whether the course ends here."""
+        """Tell whether the course ends here."""
         return self._last() < self._stretch.last or self._stretch.last == self._course.track.length
 
     @property
@@ -121,7 +121,7 @@ class PathTrain(PulseTrain):
         return self._ends_at
 
     def running(self, now: float) -> bool:
-        """Whether pulses are still to come."""
+        """Tell whether pulses are still to come."""
         return now < self._ends_at
 
     def emitted(self, now: float) -> int:

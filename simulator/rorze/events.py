@@ -29,7 +29,7 @@ class EventReporter:
         return any(self._causes(kind, before[kind]) for kind in WATCHED)
 
     def fields(self, values: StatusValues) -> dict[str, int]:
-        """What an event message carries, by its letters."""
+        """The content of an event message, by its letters."""
         return {STATUS_LETTERS[kind]: value for kind, value in self._chosen(values).items()}
 
     def content(self, values: StatusValues) -> EventReport:

@@ -1,4 +1,4 @@
-"""What an edge on input 8 or 9 sets off during a move (RC-420 manual 13.9.4)."""
+"""The effect of an edge on input 8 or 9 during a move (RC-420 manual 13.9.4)."""
 
 from simulator.rorze.axis import Axis
 from simulator.rorze.outputs import Outputs

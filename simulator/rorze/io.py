@@ -60,7 +60,7 @@ class Ports:
         return self._lines >> INPUTS
 
     def sensor(self, sensor: int) -> bool:
-        """Whether a sensor is on, as CLD tells it."""
+        """Tell whether a sensor is on, as CLD tells it."""
         return bool(self.sensors() >> sensor & 1)
 
     def _lines_of(self, sensors: int) -> int:
@@ -90,7 +90,7 @@ class Ports:
     # Moves
 
     def error_output_on(self) -> bool:
-        """Whether an error output holds until CRS: moves are refused with 66 then."""
+        """Tell whether an error output holds until CRS: moves are refused with 66 then."""
         return self.outputs.holding()
 
     def move_ended(self, cause: int, error: str, now: float) -> None:

@@ -25,7 +25,7 @@ class PulseTrain:
 
     @property
     def final(self) -> bool:
-        """Whether the move ends with it."""
+        """Tell whether the move ends with it."""
         return True
 
     @property
@@ -34,7 +34,7 @@ class PulseTrain:
         return self.profile.end_s
 
     def running(self, now: float) -> bool:
-        """Whether pulses are still to come."""
+        """Tell whether pulses are still to come."""
         return not self.profile.ended(now)
 
     def emitted(self, now: float) -> int:

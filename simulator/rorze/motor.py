@@ -106,22 +106,22 @@ class Motor:
 
     @property
     def moving(self) -> bool:
-        """Whether a move is under way, its pauses included."""
+        """Tell whether a move is under way, its pauses included."""
         return self.train is not None or self.pause is not None
 
     @property
     def braking(self) -> bool:
-        """Whether a decelerating stop is under way, or has ended the last move."""
+        """Tell whether a decelerating stop is under way, or has ended the last move."""
         return self._stopping
 
     @property
     def interpolating(self) -> bool:
-        """Whether the move is along a path."""
+        """Tell whether the move is along a path."""
         return isinstance(self._leg, PathLeg)
 
     @property
     def searching(self) -> bool:
-        """Whether the move is an origin search or a centring: codes beginning with zero."""
+        """Tell whether the move is an origin search or a centring: codes beginning with zero."""
         return self.moving and self.code.startswith("0")
 
     def pulses(self, now: float) -> int:

@@ -1,4 +1,4 @@
-"""What each of the thirty commands of the user program does (RC-420 manual 16)."""
+"""The thirty commands of the user program, each as an operation (RC-420 manual 16)."""
 
 from collections.abc import Callable
 from dataclasses import dataclass

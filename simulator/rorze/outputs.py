@@ -1,4 +1,4 @@
-"""What one RC-420 drives: general outputs, error outputs and the CLR signal (RC-420 manual 13.9)."""
+"""The outputs of one RC-420: general outputs, error outputs and the CLR signal (RC-420 manual 13.9)."""
 
 from typing import NamedTuple
 
@@ -51,11 +51,11 @@ class Outputs:
         return pulse.level if pulse else bool(self._steady >> output & 1)
 
     def pulsing(self, output: int) -> bool:
-        """Whether a pulse is under way."""
+        """Tell whether a pulse is under way."""
         return output in self._pulses
 
     def available(self, output: int) -> bool:
-        """Whether the output is there in this operating mode."""
+        """Tell whether the output is there in this operating mode."""
         absent = 0 if self._axis.settings.mode == SERVO_MODE else CLEAR
         return output != absent
 
@@ -97,11 +97,11 @@ class Outputs:
                 self._driven[name] = chosen
 
     def driven(self, cause: str) -> bool:
-        """Whether a cause, or any, has driven its error output since the last release."""
+        """Tell whether a cause, or any, has driven its error output since the last release."""
         return cause in self._driven
 
     def holding(self) -> bool:
-        """Whether an error output has not been released."""
+        """Tell whether an error output has not been released."""
         return bool(self._driven)
 
     def release_errors(self) -> None:

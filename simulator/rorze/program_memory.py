@@ -1,4 +1,4 @@
-"""What a controller keeps for its user program: room for it, and memories (RC-420 manual 15.2)."""
+"""The memory of a controller for its user program: room for it, and memories (RC-420 manual 15.2)."""
 
 from math import floor
 
@@ -16,7 +16,7 @@ def free_steps(program: tuple[str, ...]) -> int:
 
 
 def fits(program: tuple[str, ...], instruction: str) -> bool:
-    """Whether there is room for one more instruction."""
+    """Tell whether there is room for one more instruction."""
     if isinstance(parse(instruction), Label) and sum(map(_is_label, program)) >= MOST_LABELS:
         return False
     return free_steps(program) >= parse(instruction).steps
@@ -34,7 +34,7 @@ class Memories:
         self._set_at: dict[str, float] = {}
 
     def get(self, memory: str, now: float) -> int:
-        """What a memory holds; a timer counts down to 0 however it was set, an assumption."""
+        """The content of a memory; a timer counts down to 0 however it was set, an assumption."""
         value = self._values.get(memory, 0)
         if memory.startswith("T"):
             return max(0, value - floor((now - self._set_at.get(memory, now)) / TICK_S))

@@ -66,7 +66,7 @@ class ProgramRun:
 
     @property
     def running(self) -> bool:
-        """Whether a program runs."""
+        """Tell whether a program runs."""
         return self.cause == RUNNING
 
     # From outside
@@ -215,7 +215,7 @@ class ProgramRun:
 
 
 def _only_chooses(instruction: Instruction) -> bool:
-    """Whether it does nothing but choose the next address, by what does not change with time alone."""
+    """Tell whether it does nothing but choose the next address, by what does not change with time alone."""
     if isinstance(instruction, ProgramOperation):
         return instruction.row.jumps and not any(map(_runs, instruction.operands))
     return isinstance(instruction, Label)
@@ -226,7 +226,7 @@ def _runs(operand: Operand) -> bool:
 
 
 def _reaches_out(instruction: Instruction) -> bool:
-    """Whether it may change more than the program's memories."""
+    """Tell whether it may change more than the program's memories."""
     if isinstance(instruction, ProgramOperation):
         return any(isinstance(each, BankPlace) and each.bank == "OD" for each in instruction.operands)
     return isinstance(instruction, Communication)

@@ -4,7 +4,7 @@ from collections.abc import Callable, Mapping
 from types import MappingProxyType
 from typing import Any, Final
 
-from simulator.quirks import LATE_S, SLOW_S, with_late_copies, with_settings
+from simulator.quirks import SLOW_S, with_late_copies, with_late_replies, with_settings
 from simulator.rorze.line import Rc400Line
 
 OTHER_REFUSAL: Final = 0x4A
@@ -25,7 +25,7 @@ def _bodies(**switches: Any) -> Quirk:
 QUIRKS: Final[Mapping[str, Quirk]] = MappingProxyType(
     {
         "echo": with_settings(echoes=True),
-        "late-replies": with_settings(reply_delay_s=LATE_S),
+        "late-replies": with_late_replies,
         "turnaround": with_settings(reply_delay_s=SLOW_S),
         "interjection": with_settings(interjection="drop"),
         "order-per-body": with_settings(reply_order="swapped"),
@@ -42,4 +42,4 @@ QUIRKS: Final[Mapping[str, Quirk]] = MappingProxyType(
         "stop-overtakes": _bodies(refuses_second_stop=True),
     }
 )
-"""What makes each of them false."""
+"""The quirk that makes each of them false."""

@@ -43,32 +43,32 @@ STATUS_DIGITS = {"C": 2, "M": 2, "S": 2, "I": 4, "O": 4}
 
 @dataclass(frozen=True, slots=True)
 class LinkSettings:
-    """What the RC-420 manual leaves open about its link master; each value is an assumption."""
+    """Settings that the RC-420 manual leaves open about its link master; each value is an assumption."""
 
     reply_delay_s: float = 0.0
     """From the end of a command to the start of its reply; messages of the controllers take as long."""
     error_codes: bool = True
-    """Whether a refusal carries its code: `@4A` or just `@` (RC-420 manual 12)."""
+    """True if a refusal carries its code: `@4A` or just `@` (RC-420 manual 12)."""
     absent_bodies: Literal["silent", "error"] = "silent"
     """A body or group that is not there does not answer, or answers `@4C`."""
     interjection: Literal["accept", "drop"] = "accept"
-    """What becomes of a command that arrives before the last reply has left."""
+    """The fate of a command that arrives before the last reply has left."""
     partners: Literal["go_on", "stop"] = "go_on"
-    """What the other members of a virtual body do when one of them is stopped on an interpolated path."""
+    """The action of the other members when one of them is stopped on an interpolated path."""
     line_end: Literal["\r", "\r\n"] = "\r"
     """Ends every frame to the host; RC-420 manual 17.1 hints that XRS can add the LF."""
     excess_line_ends: Literal["invalid", "ignored"] = "invalid"
-    """What another CR, or an LF, does to the command whose CR it comes with (RC-420 manual 17.1)."""
+    """The effect of another CR, or an LF, on the command whose CR it comes with (RC-420 manual 17.1)."""
     reply_order: Literal["in_turn", "swapped"] = "in_turn"
     """Swapped: every second reply takes longer, so that the next one overtakes it."""
     introducers: str = INTRODUCERS
     """Commands that begin otherwise are not heard: an old link master knows `$` and `#` only (12)."""
     set_up: Literal["forgotten", "kept"] = "forgotten"
-    """What a loss of power leaves of XID, XRS and XVS (RC-420 manual 17.2)."""
+    """The rest of a loss of power: XID, XRS and XVS (RC-420 manual 17.2)."""
     overlong: Literal["refused", "executed"] = "refused"
-    """What becomes of a command of more than 60 characters; executed: `!` behind it are left out (12)."""
+    """The fate of a command of more than 60 characters; executed: `!` behind it are left out (12)."""
     echoes: bool = False
-    """Whether each frame comes back, as with an adapter's local echo."""
+    """True if each frame comes back, as with an adapter's local echo."""
 
 
 class Axis(Protocol):
@@ -76,7 +76,7 @@ class Axis(Protocol):
 
     @property
     def powered(self) -> bool:
-        """Whether it is there at all."""
+        """Tell whether it is there at all."""
 
     def execute(self, text: str, now: float) -> Response:
         """Do a command."""
@@ -88,7 +88,7 @@ class Axis(Protocol):
         """The next moment at which something happens without a request."""
 
     def take_messages(self) -> list[Message]:
-        """What it has said since the last call."""
+        """The bytes said since the last call."""
 
     def text_since(self) -> float | None:
         """Since when a text of its program waits to be collected."""
@@ -244,7 +244,7 @@ class Rc400(Generic[A]):
         self._now = max(self._now, now)
 
     def _power_returns(self, at: float) -> bool:
-        """Whether brown-outs end now."""
+        """Tell whether brown-outs end now."""
         over = [body for body, until in self._brown_outs.items() if until <= at]
         for body in over:
             self._now = max(self._now, self._brown_outs.pop(body))
@@ -271,7 +271,7 @@ class Rc400(Generic[A]):
             self.truth.request = None
 
     def _interjects(self) -> bool:
-        """Whether a command comes before the last reply, as one does that comes in one piece with another."""
+        """Tell whether a command comes before the last reply, as one does that comes with another."""
         self._at_once += self._at_once >= 0
         return bool(self._unanswered) or self._at_once > 1
 

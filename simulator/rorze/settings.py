@@ -1,4 +1,4 @@
-"""What an RC-420 keeps in its flash memory, with the values it leaves the factory with (RC-420 manual 18)."""
+"""The settings in the flash memory of an RC-420, with their factory values (RC-420 manual 18)."""
 
 from dataclasses import dataclass, field, replace
 from typing import Any
@@ -12,7 +12,7 @@ FARTHEST = 999_999_999
 POSITIONS = 2048
 
 AXES = 10
-"""Of an interpolation: 0 to 2 are those of a robot, the others are never used."""
+"""The number of an interpolation: 0 to 2 are those of a robot, the others are never used."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,7 +36,7 @@ class Pattern:
 
 @dataclass(frozen=True, slots=True)
 class OutputPulse:
-    """What CFS 'O' does with a general output: drive it to `level` for `duration_ms`."""
+    """The effect of CFS 'O' on a general output: drive it to `level` for `duration_ms`."""
 
     output: int
     level: int
@@ -113,14 +113,14 @@ class Settings:
     autostart: int = 0  # UAS
 
     def with_item(self, name: str, place: int, value: object) -> "Settings":
-        """The same with one item of the tuple `name` changed."""
+        """The settings with one item of the tuple `name` changed."""
         items = list(getattr(self, name))
         items[place] = value
         changed: dict[str, Any] = {name: tuple(items)}
         return replace(self, **changed)
 
     def with_speed(self, number: int, **values: int) -> "Settings":
-        """The same with some values of one speed set changed."""
+        """The settings with some values of one speed set changed."""
         return self.with_item("speeds", number, replace(self.speeds[number], **values))
 
 
@@ -130,6 +130,6 @@ class Flash:
 
     settings: Settings = field(default_factory=Settings)
     damaged: bool = False
-    """Whether the settings cannot be read (RC-420 manual 13.8.2), until they are written or erased anew."""
+    """True if the settings cannot be read (RC-420 manual 13.8.2), until they are written or erased anew."""
     positions: tuple[int, ...] = (0,) * POSITIONS
     program: tuple[str, ...] = ()

@@ -23,7 +23,7 @@ SENSORS = (STALL, ORIGIN, CW_LIMIT, CCW_LIMIT, EMS, IN_POSITION)
 """The sensors as SN0 to SN5 count them, which is not the order of CLD."""
 
 BITS = 1 << 32
-"""Of a data memory."""
+"""The bounds of a data memory."""
 
 
 class Machine(Protocol):
@@ -50,7 +50,7 @@ class Machine(Protocol):
         """Put a text where the link master collects it; one that still waits there is lost."""
 
     def text_waits(self) -> bool:
-        """Whether a text has not been collected."""
+        """Tell whether a text has not been collected."""
 
 
 def as_bits(value: int) -> int:
@@ -59,7 +59,7 @@ def as_bits(value: int) -> int:
 
 
 def as_number(bits: int) -> int:
-    """What a data memory holds of a number: its lowest 32 bits, the highest for the sign; an assumption."""
+    """The part of a number that a data memory holds: its lowest 32 bits, signed; an assumption."""
     return (bits + BITS // 2) % BITS - BITS // 2
 
 
@@ -106,7 +106,7 @@ class Variables:
         self._set("RX", value)
 
     def is_on(self, operand: Operand) -> bool:
-        """Whether a flag, port, sensor or the motor is on; a timer while it counts, a counter above 0."""
+        """Tell whether a flag, port, sensor or motor is on; a timer while it counts, a counter above 0."""
         match operand:
             case Register():
                 return self.machine.motor.moving

@@ -1,4 +1,4 @@
-"""What is bolted to one axis: where along its travel the sensors answer, and which are held by hand."""
+"""The mechanics of one axis: where along its travel the sensors answer, and which are held by hand."""
 
 from dataclasses import dataclass, field
 from typing import NamedTuple
@@ -22,7 +22,7 @@ class Span(NamedTuple):
     last: int
 
     def covers(self, at: int) -> bool:
-        """Whether the sensor is covered there."""
+        """Tell whether the sensor is covered there."""
         return self.first <= at <= self.last
 
 
@@ -33,7 +33,7 @@ class Slits(NamedTuple):
     period: int
 
     def covers(self, at: int) -> bool:
-        """Whether the sensor is covered there."""
+        """Tell whether the sensor is covered there."""
         return (at - self.phase) % self.period < self.period // 2
 
     def around(self, at: int) -> tuple[Span, ...]:

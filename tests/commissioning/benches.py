@@ -2,6 +2,7 @@
 
 import asyncio
 from collections.abc import Callable, Iterator, Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -41,6 +42,7 @@ motor_axes = ["A", "B", "Z"]
 """
 
 Machine = Rc400Line | SimulatedFics
+BOOT_S = 2.0
 QUESTIONS = Terms()
 """Nothing but questions is allowed."""
 
@@ -51,8 +53,10 @@ def rc400() -> Rc400Line:
 
 
 def fics() -> SimulatedFics:
-    """A robot of one unit."""
-    return build_fics(Layout(units=1))
+    """A robot of one unit, which takes its time to be up."""
+    line = build_fics(Layout(units=1))
+    line.settings = replace(line.settings, boot_s=BOOT_S)
+    return line
 
 
 MAKES: dict[str, Callable[[], Machine]] = {"robot": rc400, "cell": fics}

@@ -13,7 +13,16 @@ from simulator.fics.line import SimulatedFics
 from simulator.fics.quirks import QUIRKS as FICS_QUIRKS
 from simulator.rorze.line import Rc400Line
 from simulator.rorze.quirks import QUIRKS as RC400_QUIRKS
-from tests.commissioning.benches import CONFIG, MAKES, Machine, all_allowed, commissioned, result_of, unlike
+from tests.commissioning.benches import (
+    CONFIG,
+    MAKES,
+    Machine,
+    all_allowed,
+    commissioned,
+    rc400,
+    result_of,
+    unlike,
+)
 from tests.plants import in_virtual_time
 
 NEVER_TOLD = {"label-answers", "lasting-errors", "dpram-map", "dpram-times", "jog-mode"}
@@ -75,8 +84,8 @@ def with_hole(robot: SimulatedFics) -> None:
 DIFFERS, CONTRADICTS = Result.DIFFERS, Result.CONTRADICTS
 CASES = (
     Case("robot", "echo", CONTRADICTS),
-    Case("robot", "late-replies", DIFFERS, {"late_reply_s": 5.5, "reply_timeout_s": 9.0}),
-    Case("robot", "turnaround", DIFFERS, {"reply_timeout_s": 1.2}),
+    Case("robot", "late-replies", DIFFERS, {"late_reply_s": 4.7, "reply_timeout_s": 4.8}),
+    Case("robot", "turnaround", DIFFERS, {"reply_timeout_s": 0.8}),
     Case("robot", "interjection", DIFFERS, {"stop_mode": "after_reply"}),
     Case("robot", "order-per-body", CONTRADICTS),
     Case("robot", "copies-of-replies", DIFFERS, {"late_reply_s": 6.0}),
@@ -86,8 +95,8 @@ CASES = (
     Case("robot", "wrong-mode", CONTRADICTS),
     Case("robot", "lasting-errors", DIFFERS, prepare=with_limit_error),
     Case("cell", "echo", CONTRADICTS),
-    Case("cell", "late-replies", DIFFERS, {"late_reply_s": 5.5, "reply_timeout_s": 9.0}),
-    Case("cell", "turnaround", DIFFERS, {"reply_timeout_s": 1.2}),
+    Case("cell", "late-replies", DIFFERS, {"late_reply_s": 4.7, "reply_timeout_s": 4.8}),
+    Case("cell", "turnaround", DIFFERS, {"reply_timeout_s": 0.8}),
     Case("cell", "half-robot-command", CONTRADICTS),
     Case("cell", "robot-terminator", DIFFERS, {"terminator": "crlf"}),
     Case("cell", "robot-decimals", CONTRADICTS, prepare=homed),
@@ -105,7 +114,13 @@ CASES = (
 )
 DEEDS = (
     Case("robot", "link-master-forgets", DIFFERS),
-    Case("robot", "comment-kept", DIFFERS, {"bodies.00.power_comment": 0}, prepare=away),
+    Case(
+        "robot",
+        "comment-kept",
+        DIFFERS,
+        {"bodies.00.power_comment": 0, "bodies.0A.power_comment": 0},
+        prepare=away,
+    ),
     Case("robot", "power-on-position", DIFFERS, prepare=away),
     Case("robot", "curve-tick", CONTRADICTS),
     Case("robot", "stop-overtakes", DIFFERS),
@@ -200,6 +215,31 @@ async def test_a_quirk_is_found_where_more_is_allowed(case: Case) -> None:
     report, _ = await commissioned(machine, all_allowed(machine, places_of(case), case.off_s))
     assert result_of(report, case.slug).result is case.result
     assert report.changes() == case.proposed
+
+
+@pytest.mark.parametrize("slug", ["power-loss-read", "power-loss-motion"])
+@in_virtual_time
+async def test_of_a_robot_that_is_up_at_once_a_long_switch_tells_nothing(slug: str) -> None:
+    machine = quirky(Case("cell", slug, CONTRADICTS))
+    report, _ = await commissioned(machine, all_allowed(machine, Places(140, 180), off_s=3.0))
+    told = result_of(report, slug)
+    assert told.result is Result.CANNOT_TELL
+    assert "silent for 3" in told.seen
+    assert "at the moment in which the robot is switched on" in (told.needed or "")
+
+
+@in_virtual_time
+async def test_a_comment_is_tried_at_each_body_that_somebody_agrees_to() -> None:
+    machine = rc400()
+    away(machine)
+    machine.axes[0x0A].keeps_comments = machine.axes[0x0A].keeps_position = True
+    report, cable = await commissioned(machine, all_allowed(machine, Places(0, 200)))
+    assert report.changes() == {
+        "bodies.0A.power_comment": 0,
+        "bodies.0A.silence_needs_acknowledgement": True,
+    }
+    assert "Comment 1 of body 0A has outlasted" in result_of(report, "comment-kept").seen
+    assert all(b"&%02X9VS1,\r" % body in cable.written for body in machine.axes), "they are set back"
 
 
 def places_of(case: Case) -> Places:

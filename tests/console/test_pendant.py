@@ -16,7 +16,10 @@ Open = Callable[..., Console]
 TABLET: ViewportSize = {"width": 820, "height": 1180}
 HEADER_PX = 120
 LEAST_PX = 40
-PAGES = ("#/plant", "#/axis/line1.3F", "#/robot/r1", "#/scara/wafer", "#/events", "#/pendant/r1/1")
+PAGES = (
+    *("#/plant", "#/axis/line1.3F", "#/robot/r1", "#/scara/wafer", "#/events", "#/pendant/r1/1"),
+    *("#/wire/line1", "#/system", "#/shift", "#/recordings", "#/commission/line1"),
+)
 TOO_SMALL = """(least) => [...document.querySelectorAll("button, a, input, select, summary")]
     .filter((it) => it.checkVisibility()).map((it) => [it, it.getBoundingClientRect()])
     .filter(([, { width, height, left }]) => height > 1 && left >= 0 && (width < least || height < least))
@@ -137,3 +140,5 @@ def test_a_failed_move_is_explained_on_a_page_of_its_own(plant: Plant, open_cons
     link = console.page.url
     other = open_console(link.partition("/#")[0], f"#{link.partition('#')[2]}")
     expect(other.page.locator(".cause")).to_contain_text("EMS")
+    clear = other.page.get_by_role("button", name="Clear its error status (9CS)", exact=True)
+    expect(clear.first).to_be_visible()

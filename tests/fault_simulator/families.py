@@ -1,7 +1,7 @@
 """The differences between the families: their plants, the wishes of clients, and the truth of actions."""
 
 from abc import ABC, abstractmethod
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from random import Random
 from typing import Any, ClassVar, NamedTuple
 
@@ -31,7 +31,7 @@ from simulator.truth import Fact
 from tests.fault_simulator.world import Cable
 from tests.fics_plants import CARTESIAN, SCARA
 from tests.open_access import OPEN
-from tests.plants import configuration
+from tests.plants import BODIES, GROUPS, configuration
 
 
 class Wish(NamedTuple):
@@ -96,16 +96,18 @@ class Family(ABC):
 
 
 class Rorze(Family):
-    """Three bodies behind a link master."""
+    """Three bodies behind a link master, two of them in a group."""
 
     name = "rorze"
     topic = "body"
-    BODIES = (0x00, 0x01, 0x3F)
+    BODIES: ClassVar[Sequence[int]] = BODIES
+    GROUPS: ClassVar[Mapping[str, Sequence[str]]] = GROUPS
 
     def __init__(self, seed: int) -> None:
-        self.config = parse(configuration(bodies=self.BODIES), "test.toml")
+        self.config = parse(configuration(bodies=self.BODIES, groups=self.GROUPS), "test.toml")
         self.machine = build_rc400(self.BODIES, 0.0, seed=seed)
-        self.targets = ("/bodies/00", "/bodies/01", "/bodies/3F", "/groups/80")
+        bodies = [f"/bodies/{it:02X}" for it in self.BODIES]
+        self.targets = (*bodies, *(f"/groups/{it}" for it in self.GROUPS))
 
     def wish(self, dice: Random) -> Wish:
         body = f"/bodies/{dice.choice(self.BODIES):02X}"
@@ -127,7 +129,7 @@ class Rorze(Family):
                     )
                 ),
             )
-        path = "/groups/80" if dice.random() < 0.15 else body
+        path = "/groups/80" if self.GROUPS and dice.random() < 0.15 else body
         distance = dice.randint(1, 400)
         moves = (
             MoveClockwiseSlowly(distance=distance),
@@ -138,14 +140,19 @@ class Rorze(Family):
         return Wish(path, dice.choice([it for it in moves if it is not None]))
 
     def effect_of(self, frame: str) -> Effect:
-        row = RORZE_COMMANDS.get(frame[3:6])
+        row = RORZE_COMMANDS.get(self._said(frame)[:3])
         return Effect.READ if row is None else row.effect
 
     def texts(self, written: str) -> Collection[str]:
-        return [frame[3:] for frame in written.split("\r")]
+        return [self._said(frame) for frame in written.split("\r")]
 
     def carries(self, frame: str, command: AnyCommand) -> bool:
-        return frame[3:].rstrip("\r") == f"{command.code}{command.written()}"
+        return self._said(frame).rstrip("\r") == f"{command.code}{command.written()}"
+
+    @staticmethod
+    def _said(frame: str) -> str:
+        """Give what stands behind the body, which has one digit behind `$` and `#`."""
+        return frame[3 if frame.startswith("&") else 2 :]
 
     def reach(self, path: str) -> frozenset[str]:
         if path == "/groups/80":

@@ -55,7 +55,7 @@ async def test_a_fault_is_switched_on_changed_and_off_again(bench: Bench) -> Non
         Switch(Fault.LATE, Direction.REPLIES, next_frames=2, delay_s=0.5, spread_s=0.25)
     ]
     assert on.json() == (await bench.http.get("/faults")).json()
-    assert on.json() == [switch(spread_s=0.25, probability=0.0, pass_frames=0)]
+    assert on.json() == [switch(spread_s=0.25, probability=0.0, pass_frames=0, holds_up=False)]
     await bench.http.put("/faults", json=switch(next_frames=0, probability=1.0))
     assert bench.faults.switches == [Switch(Fault.LATE, Direction.REPLIES, probability=1.0, delay_s=0.5)]
     assert (await bench.http.put("/faults", json=switch(next_frames=0))).json() == []

@@ -82,6 +82,16 @@ def test_the_spread_lengthens_the_delay_at_random() -> None:
     assert all(0.5 <= delay <= 0.7 for delay in delays)
 
 
+def test_a_late_frame_may_hold_up_those_behind_it() -> None:
+    faults = Faults(Random(0))
+    faults.set(
+        Switch(Fault.LATE, Direction.REPLIES, next_frames=1, probability=1e-9, delay_s=2.0, holds_up=True)
+    )
+    arrivals = [faults.distort(FRAME, Direction.REPLIES, at)[0][0].delay_s + at for at in (0.0, 0.5, 3.0)]
+    assert arrivals == [2.0, 2.0, 3.0]
+    assert faults.distort(FRAME, Direction.REQUESTS, 0.5)[0] == [Flight(0.0, (FRAME,))]
+
+
 def test_clearing_ends_everything_at_once() -> None:
     faults = Faults(Random(0))
     faults.set(Switch(Fault.SILENCE, Direction.REPLIES, next_frames=1, delay_s=100.0))

@@ -1,4 +1,4 @@
-"""What the gateway answers."""
+"""The gateway's answers."""
 
 from typing import Any, NamedTuple
 
@@ -10,9 +10,9 @@ class Answer(NamedTuple):
     content: Any
     """JSON, or text."""
     replayed: bool
-    """Whether it is the first answer again, to a request that was repeated with its idempotency key."""
+    """True if it is the first answer again, to a request that was repeated with its idempotency key."""
 
     @property
     def is_success(self) -> bool:
-        """Whether it is no refusal."""
+        """Tell whether it is no refusal."""
         return 200 <= self.status < 300

@@ -1,4 +1,4 @@
-"""What beats beside a program with asyncio, as a task; `heart` is the same as a thread."""
+"""Heartbeats beside a program with asyncio, as a task; `heart` is the same as a thread."""
 
 import asyncio
 from collections.abc import Awaitable, Callable

@@ -1,4 +1,4 @@
-"""What can go wrong, in one sentence each: what happened, what the motor did, and what to do next."""
+"""Errors, in one sentence each: what happened, what the motor did, and what to do next."""
 
 from collections.abc import Mapping
 from typing import Any, Final, Literal

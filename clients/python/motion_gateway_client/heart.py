@@ -1,4 +1,4 @@
-"""What beats beside a program without asyncio, as a thread; `async_heart` is the same as a task."""
+"""Heartbeats beside a program without asyncio, as a thread; `async_heart` is the same as a task."""
 
 import threading
 from collections.abc import Callable

@@ -1,4 +1,4 @@
-"""What the commands do, a module a topic of the C-HOST manual; importing them fills the table of actions."""
+"""The actions of the commands, a module a topic of the C-HOST manual; imports fill their table."""
 
 from importlib import import_module
 from pkgutil import iter_modules

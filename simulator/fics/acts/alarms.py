@@ -1,4 +1,4 @@
-"""What ERR, ERD and DRT do (C-HOST manual 2-12 to 2-14)."""
+"""The actions of ERR, ERD and DRT (C-HOST manual 2-12 to 2-14)."""
 
 from protocols.fics.alarms import CurrentError, ErrorDetail, GetErrorDetail, ResetErrors, TakeCurrentError
 from simulator.fics.actions import Code, acts_out

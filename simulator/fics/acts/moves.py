@@ -16,7 +16,7 @@ from simulator.fics.robot import Robot
 from simulator.fics.units import BeyondLimits, Unit
 
 HAND_PERCENT = 10.0
-"""Of the top speed, for JOG and JTE: an assumption."""
+"""The part of the top speed for JOG and JTE: an assumption."""
 
 
 def single(stroke: Stroke) -> Route:
@@ -43,11 +43,11 @@ class Frame:
         return self.unit.motors[axis].motor_percent if self.motors else self.axes[axis].percent
 
     def is_converted(self, axis: int) -> bool:
-        """Whether the axis is not a motor itself."""
+        """Tell whether the axis is not a motor itself."""
         return not self.motors and self.unit.is_converted(axis)
 
     def homed(self, axis: int) -> bool:
-        """Whether its coordinate means anything."""
+        """Tell whether its coordinate means anything."""
         return all(motor.homed for motor in self._motors(axis))
 
     def _motors(self, axis: int) -> Sequence[Motor]:

@@ -1,4 +1,4 @@
-"""What the commands do, a module a chapter of RC-420 manual 14; importing them fills the table of actions."""
+"""The actions of the commands, a module a chapter of RC-420 manual 14; imports fill their table."""
 
 from importlib import import_module
 from pkgutil import iter_modules

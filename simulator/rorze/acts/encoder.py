@@ -80,7 +80,7 @@ def clear_error(axis: Rc420, command: ClearEncoderStallError, now: float) -> Non
 
 
 def correction(axis: Rc420, target: int | None, ramps: Ramps) -> Callable[[float], Task]:
-    """What follows a move to a target, in the unit of the operating mode; None is a move without an end.
+    """The correction after a move to a target, in the unit of the mode; None is a move without an end.
 
     :raises Refused: 40 where the speed of the adjustment was never set.
     """
@@ -96,7 +96,7 @@ def _uncorrected(_now: float) -> Task:
 
 
 def _adjustment(axis: Rc420, target: int, speed: int, ramps: Ramps) -> Callable[[float], Task]:
-    """What brings the encoder counter to the target after a move (13.7.5).
+    """The adjustment of the encoder counter to the target after a move (13.7.5).
 
     13.7.5 calls its failure a limit error, the pages of PKD and PKS a STALL error.
     """

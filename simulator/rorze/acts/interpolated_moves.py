@@ -52,7 +52,7 @@ def _start(axis: Rc420, now: float) -> tuple[Mechanics, Pose]:
 
 
 def _require_free(axis: Rc420, direction: Direction | None) -> None:
-    """What a move asks of an axis that turns this way first, or not at all.
+    """Require that an axis may turn this way first; None is an axis that does not turn.
 
     :raises Refused: 51, 52, 55 or 66.
     """

@@ -151,7 +151,7 @@ def get_coordinates(axis: Rc420, command: ConvertPulsesToCoordinates, now: float
 
 
 def _axis_positions(axis: Rc420, robot: Mechanics, command: ConvertPulsesToCoordinates) -> tuple[int, ...]:
-    """Those given, or without any those set by HPS.
+    """The given positions, or without any those set by HPS.
 
     :raises Refused: 4A where that of an axis is missing, 61 where HPS has not told it.
     """
@@ -172,7 +172,7 @@ def get_axis_positions(axis: Rc420, command: ConvertCoordinatesToPulses, now: fl
 
 
 def _required(value: Measure | None) -> Measure:
-    """What the robot needs (RC-420 manual 14.H).
+    """Require a measure of the robot (RC-420 manual 14.H).
 
     :raises Refused: 4A where it is missing.
     """

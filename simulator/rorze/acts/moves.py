@@ -31,7 +31,7 @@ AbsoluteMove = MoveTo | MoveToSlowly
 
 
 def require_safe(axis: Rc420) -> None:
-    """What any move asks of the controller's state.
+    """Require a state of the controller in which a move is taken.
 
     :raises Refused: 51 with EMS on, 66 with an error output standing.
     """
@@ -42,7 +42,7 @@ def require_safe(axis: Rc420) -> None:
 
 
 def require_free(axis: Rc420, direction: Direction) -> None:
-    """What a move in one direction asks.
+    """Require that the way in one direction is free.
 
     The limit sensor ahead refuses it, the one behind does not, an assumption: how else to leave a limit.
 

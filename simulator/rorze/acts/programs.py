@@ -41,7 +41,7 @@ ALREADY_RUNNING, NO_SUCH_PLACE = 0x5A, 0x5B
 
 
 def require_no_run(axis: Rc420) -> None:
-    """What changes the program, or starts it, asks.
+    """Require that no program runs, before one is changed or started.
 
     :raises Refused: 5A while a program runs.
     """

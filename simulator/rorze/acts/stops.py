@@ -33,7 +33,7 @@ def _train(axis: Rc420) -> PulseTrain:
 
 
 def _stop_parameters(axis: Rc420) -> SpeedParameters | None:
-    """What 5MS chose; a set that cannot be used never keeps a stop from happening, an assumption."""
+    """The speed set that 5MS chose; one that cannot be used keeps no stop from happening (an assumption)."""
     if axis.stop_speed_set is None:
         return None
     try:
