@@ -57,10 +57,10 @@ class PlantOfGateways(Engine):
 
 @dataclass(slots=True)
 class Membership:
-    """Written by whoever forwards the gateway's events to the plant; everything else reads it."""
+    """State of this gateway in the plant, written by the part that forwards its events; the rest reads it."""
 
     name: str
-    """Of this gateway in the plant."""
+    """Name of this gateway in the plant."""
     trouble: str | None = None
     """Why the plant's servers are not reached, once that has lasted; the gateway itself goes on."""
     forwarded: int = 0
