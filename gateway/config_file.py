@@ -19,7 +19,7 @@ from gateway.core.toml_lines import LineIndex, end_of_array
 
 
 class LineChange(Record):
-    """What becomes of a line."""
+    """The change of a line."""
 
     line_id: str
     change: Literal["added", "removed", "changed"]
@@ -27,7 +27,7 @@ class LineChange(Record):
 
 
 class Changes(Record):
-    """What differs between the configuration that is served and another."""
+    """The differences between the configuration that is served and another."""
 
     lines: list[LineChange] = Field(description="All others go on undisturbed.")
     needs_restart: list[str] = Field(description="Keys whose change takes a restart of the gateway.")

@@ -39,7 +39,7 @@ BROKEN_OFF: Final = "It was broken off; what was found until then stands here."
 
 
 class FoundPort(Record):
-    """Somebody who answered at a port."""
+    """A controller that answered at a port."""
 
     address: str
     told: str = Field(description="The controllers in words.")

@@ -74,11 +74,12 @@ class KeyInfo(Record):
     name: str
     role: Role
     scope: list[str] | None = Field(
-        description="The addresses of lines, bodies, groups and robots that it is for; null means all."
+        description="Addresses of the lines, bodies, groups and robots that the key is for; null means all."
     )
     begins: str = Field(description="Beginning of the key, which is no secret.")
     state: State = Field(
-        description="`waiting`: of an admin, and not yet approved by a second one (`access.four_eyes`)."
+        description="State of the key; `waiting`: an admin's key that no second admin has approved yet "
+        "(`access.four_eyes`)."
     )
     ends_soon: bool = Field(
         description="True if the key ends within `access.key_warning_d`, and no newer key has its name."

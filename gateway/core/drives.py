@@ -89,7 +89,7 @@ class DriveNow(Record):
     drive_id: str
     online: bool
     moving: bool | None
-    alarm: int = Field(description="The code of what is wrong with it; 0 where nothing is.")
+    alarm: int = Field(description="Alarm code of the drive; 0 if there is no alarm.")
 
     @classmethod
     def of(cls, drive: "Drive") -> Self:

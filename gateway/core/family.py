@@ -113,9 +113,7 @@ class OwnerInfo(TypedDict):
     """The gateway that has a line which may be taken over."""
 
     gateway: Annotated[str | None, Field(description="Name of the gateway in the plant; null if unknown.")]
-    epoch: Annotated[
-        int, Field(description="The number of take-overs so far, and one; the header Owner-Epoch.")
-    ]
+    epoch: Annotated[int, Field(description="Number of take-overs so far, plus one; the header Owner-Epoch.")]
 
 
 class PortInfo(TypedDict):
@@ -123,7 +121,7 @@ class PortInfo(TypedDict):
 
     # No model: nothing of it comes from outside.
     line_id: str
-    address: Annotated[str, Field(description="The port.")]
+    address: Annotated[str, Field(description="Address of the port.")]
     state: LineState
     down_reason: Annotated[
         str | None,
@@ -142,7 +140,8 @@ class PortInfo(TypedDict):
     ]
     counters: Annotated[dict[str, int], Field(description="Counters of the line since the start.")]
     owner: Annotated[
-        NotRequired[OwnerInfo], Field(description="Only of a line that another gateway may take over.")
+        NotRequired[OwnerInfo],
+        Field(description="Owner of the line; only of a line that another gateway may take over."),
     ]
 
 

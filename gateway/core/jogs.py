@@ -41,15 +41,16 @@ class Jog(Record):
     id: str = Field(default_factory=lambda: secrets.token_hex(8))
     state: JogState = Field(
         "jogging",
-        description="stopping: it is told to stop, and may still move. The others mean that it was seen to "
-        "stand still: ended by request or because it stood still, as at its limit; lost for want of a "
-        "heartbeat; stopped with all that moves there, or at the end of the gateway.",
+        description="`stopping`: it is told to stop, and may still move. `ended`, `lost` and `stopped`: it "
+        "was seen to stand still. `ended`: by request, or by itself as at its limit; `lost`: "
+        "for want of a heartbeat; `stopped`: with all that moves there, or at the end of the "
+        "gateway.",
     )
     ends_as: JogEnd | None = Field(
-        default=None, description="The state that follows when it stands still; null while it jogs."
+        default=None, description="State that follows at standstill; null while it jogs."
     )
     heartbeat_within_ms: int = Field(
-        default=int(HEARTBEAT_S * 1000), description="The next heartbeat has to come within this."
+        default=int(HEARTBEAT_S * 1000), description="Seconds within which the next heartbeat has to come."
     )
     _why_ended: str | None = PrivateAttr(None)
 
