@@ -180,7 +180,7 @@ class Oidc(Table):
     audience: str = Field(min_length=1)
     """Value of `aud` in tokens for this gateway."""
     roles: dict[str, Annotated[Role, Field(strict=False)]] = Field(min_length=1)
-    """Which word in the role claim gives which role here."""
+    """Role here for each word in the role claim."""
     role_claim: str = Field("roles", min_length=1)
     """The claim with the words, `realm_access.roles` for one inside another."""
     name_claim: str = Field("sub", min_length=1)
@@ -214,7 +214,7 @@ class SyslogTable(Table):
     """A server that takes a copy of the security log: RFC 5424 over TLS, as RFC 5425 has it."""
 
     address: Annotated[str, AfterValidator(_check_syslog)]
-    """Its name and port, such as logs.example:6514."""
+    """Name and port of the server, such as logs.example:6514."""
     ca: Annotated[Path, Field(strict=False)] | None = None
     """The certificates that its own is checked against (PEM); left out, those of the system."""
     certificate: Annotated[Path, Field(strict=False)] | None = None
@@ -248,9 +248,9 @@ class RecordingsTable(Table):
     """Memory for recordings, and their share of the disk."""
 
     memory_mib: int = Field(4, ge=1, le=1000)
-    """For the newest records of each line, packed: some 160,000 of them."""
+    """Memory for the newest records of each line, packed: some 160,000 of them."""
     disk_mib: int = Field(500, ge=1, le=1_000_000)
-    """For all recordings together; the oldest are deleted for newer ones."""
+    """Room on the disk for all recordings together; the oldest are deleted for newer ones."""
     before_alarm_s: float = Field(0.0, ge=0, le=3600)
     """Seconds that a recording begins before the alarm that causes it; with both 0 no alarm causes one."""
     after_alarm_s: float = Field(0.0, ge=0, le=3600)

@@ -33,7 +33,7 @@ class Owner:
     """The gateway that has a line."""
 
     gateway: str | None
-    """None where the line was lost, and no gateway has said that it has it."""
+    """Name of the gateway; None where the line was lost, and no gateway has said that it has it."""
     epoch: int = 1
     """Grows by one with each take-over."""
 

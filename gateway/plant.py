@@ -84,7 +84,7 @@ class Plant:
     ) -> None:
         self.config = config
         self.file = file
-        """Where the configuration comes from, if from a file."""
+        """File of the configuration, if it comes from one."""
         self.events = EventHub()
         self.security = security or SecurityLog()
         self.security.on_trouble = self._security_trouble
@@ -92,7 +92,7 @@ class Plant:
         self.credentials = Credentials()
         """Credentials of callers; the server replaces them by its own."""
         self.membership = None if config.plant is None else Membership(config.plant.name)
-        """In a plant of several gateways."""
+        """Membership in a plant of several gateways; None without one."""
         self.ownership = Ownership(
             "" if config.plant is None else config.plant.name,
             {line.id: line.owners for line in config.lines},

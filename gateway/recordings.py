@@ -119,7 +119,7 @@ class RecordedSpan:
     configuration: Callable[[Sequence[str]], Mapping[str, Any]]
     """Gives the configuration of some lines."""
     trajectories: Callable[[], Iterable[Any]]
-    """Where motors were seen during the newest moves."""
+    """Gives the places where motors were seen during the newest moves."""
     line_of: Callable[[str], str | None]
     """The line of a subject or a target; None of what is about no line."""
     read_journal: Callable[[str, Sequence[Value]], Sequence[tuple[Any, ...]]]

@@ -35,7 +35,7 @@ _RESERVED: Final = frozenset({"gateway", "everybody"})
 RECHECK_S: Final = 0.05
 """The file is looked at no more often for keys that are known: it takes a third of the time of the check."""
 LONGEST_S: Final = 10 * 365 * 86_400.0
-"""No key that ends lasts longer."""
+"""Longest lifetime of a key that ends, in seconds."""
 DAY_S: Final = 86_400.0
 OVERLAP_S: Final = 7 * DAY_S
 """Default time for which a rotated key stays good beside the new one, in seconds."""
@@ -142,7 +142,7 @@ class Key(BaseModel):
         )
 
     def principal(self) -> Principal:
-        """Its holder."""
+        """The holder of the key."""
         scope = None if self.scope is None else frozenset(self.scope)
         return Principal(self.name, self.role, scope, self.prefix)
 

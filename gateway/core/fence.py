@@ -139,7 +139,7 @@ class Fence:
 
     @property
     def tries(self) -> int:
-        """How many fences have failed since the last doubt, or the last change of the witness."""
+        """Number of fences that have failed since the last doubt, or the last change of the witness."""
         return next((states.index(self.state) for states in (_DUE, _ASKED) if self.state in states), 0)
 
     def take(self, event: FenceEvent) -> Action:

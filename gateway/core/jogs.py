@@ -56,7 +56,7 @@ class Jog(Record):
 
     @property
     def why_ended(self) -> str | None:
-        """How it ended without a request: a sentence without subject and full stop; None where it did not."""
+        """Cause of an end without a request: a sentence without subject and full stop; None if unknown."""
         return self._why_ended
 
     def note_end(self, why: str) -> None:
@@ -126,7 +126,7 @@ class JogStep(NamedTuple):
     """One cell of the table."""
 
     state: JogState | None
-    """None: as it began to stop."""
+    """State that follows; None for the end with which it began to stop."""
     action: JogAction
     ends_as: JogEnd | None = None
     """End of the jog, where it is known only now; the first end that comes counts."""
@@ -188,7 +188,7 @@ class Jogs(ABC, Generic[J, T]):
     """The jogs of a family, or of one of its controllers."""
 
     still_within_s: ClassVar[float | None] = None
-    """After this time its end is given as it is; None where `_see_still` has bounds of its own."""
+    """Seconds after which its end is given as it is; None where `_see_still` has bounds of its own."""
 
     def __init__(self, tell: Callable[[str, Jogging[J, T]], object]) -> None:
         self._tell_of = tell

@@ -25,7 +25,7 @@ from protocols.table import Effect
 from protocols.wording import as_given
 
 LONGEST_S: Final = 30.0
-"""No lease lasts longer without being renewed."""
+"""Longest duration of a lease that is not renewed, in seconds."""
 
 WAKE: Final = "the end of a lease"
 

@@ -464,20 +464,20 @@ class LineDriver(PortLoop, Generic[X, W, F]):
         self._session = session
         session.order.on_overtaken = self._was_overtaken
         self._in_order_since = -inf
-        """When replies came last out of order."""
+        """Time at which replies last came out of order."""
         self.gate = session.gate
         """Guards that every frame has to pass."""
         self._new_reader = reader
         self._reader = reader()
         self.intents: Intents[X] | None = None
-        """Where what has an effect is written down first, if anywhere."""
+        """Journal of intents, in which frames with an effect are written down first; None without one."""
         self._promised: dict[asyncio.Future[Any], X] = {}
         """What somebody waits for."""
         self._expiry = Timer(self._expire)
         self.turnaround_s = 0.0
         """Mean time from a frame to its reply of late, without the bytes of the reply, in seconds."""
         self._heard_bytes = 0
-        """Since the last frame was written."""
+        """Bytes heard since the last frame was written."""
         self._held_when_heard_s = 0.0
         """For how long the event loop had been held when a reply was heard last."""
         session.echo.on_change = self._echo_changed
@@ -491,12 +491,12 @@ class LineDriver(PortLoop, Generic[X, W, F]):
 
     @property
     def reply_timeout_s(self) -> float:
-        """How long a reply is waited for, where its command takes no time of its own."""
+        """Seconds to wait for a reply, where its command takes no time of its own."""
         return self._session.reply_timeout_s
 
     @property
     def late_reply_s(self) -> float:
-        """How long after its deadline a reply may still arrive."""
+        """Seconds after its deadline for which a reply may still arrive."""
         return self._session.late_reply_s
 
     def held_since_heard_s(self, now: float) -> float:
@@ -504,7 +504,7 @@ class LineDriver(PortLoop, Generic[X, W, F]):
         return self.admission.held_s(now) - self._held_when_heard_s
 
     def waiting(self) -> dict[str, int]:
-        """How many exchanges wait in each lane."""
+        """Number of exchanges that wait in each lane."""
         return {name: self._session.waiting(lane) for lane, name in _LANES.items()}
 
     def load_percent(self) -> dict[str, float]:

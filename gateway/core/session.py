@@ -223,10 +223,10 @@ class Session(ABC, Generic[X, F]):
         self.note_reply(exchange, frame, now)
 
     def fence_passed(self, fence: X) -> None:
-        """No reply to what was written before it is on its way any more."""
+        """Note that no reply to an earlier frame is on its way any more."""
 
     def was_missed(self, exchange: X, now: float) -> None:
-        """No reply came in time."""
+        """Note that no reply came in time."""
 
     # what goes next
 

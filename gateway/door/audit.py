@@ -65,7 +65,7 @@ def _before(mark: str) -> str:
 
 @dataclass(frozen=True)
 class AuditFilter:
-    """Which deeds; what is None does not matter."""
+    """The actions to list; a criterion that is None does not count."""
 
     caller: str | None = None
     """A part of the caller's name."""
@@ -74,7 +74,7 @@ class AuditFilter:
     since: datetime | None = None
     until: datetime | None = None
     before: str | None = None
-    """Only those before the deed of this id."""
+    """Id of the action before which the page ends."""
 
     def condition(self) -> tuple[str, list[Value]]:
         """Give the condition in SQL, with its values."""

@@ -120,7 +120,7 @@ class Nightly:
 
 
 def seconds_until(at: str, now: datetime) -> float:
-    """How long until the next time that a clock in this place shows HH:MM."""
+    """Seconds until a clock in this place next shows HH:MM."""
     wanted = datetime.combine(now.date(), time.fromisoformat(at), now.tzinfo)
     return (wanted - now).total_seconds() % timedelta(days=1).total_seconds() or 1.0
 

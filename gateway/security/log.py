@@ -39,7 +39,7 @@ WINDOWS_LOOKED_AT_S: Final = 10.0
 
 @dataclass(frozen=True)
 class Keeping:
-    """How the log is kept."""
+    """Settings for the keeping of the log."""
 
     days: float = 365.0
     """Entries that are older are forgotten."""

@@ -21,11 +21,11 @@ from tests.fault_simulator.families import Family
 from tests.fault_simulator.seed import Seed, run
 
 SEEDS: Final = 50
-"""With the proposed change."""
+"""Seeds with the proposed change."""
 WANTED: Final = 50
 """Commands that clients ask for in each."""
 HONEST_SEEDS: Final = 10
-"""Without it."""
+"""Seeds without the change."""
 OF_TWO_LINES: Final = "silent-xid"
 """An old link master knows neither groups nor the bodies beyond 0F that the seeds have."""
 
