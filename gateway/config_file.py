@@ -23,7 +23,7 @@ class LineChange(Record):
 
     line_id: str
     change: Literal["added", "removed", "changed"]
-    keys: list[str] = Field(description="Which of its keys have changed: `bodies.40`, `reply_timeout_s`.")
+    keys: list[str] = Field(description="Keys of the line that have changed: `bodies.40`, `reply_timeout_s`.")
 
 
 class Changes(Record):

@@ -26,7 +26,7 @@ LEFT_S = Field(
 
 
 class Reading(Record):
-    """Something long that is being read, or was."""
+    """A long reading, under way or over."""
 
     id: str
     target: str = Field(description="Path of the body, line or robot that is read.")

@@ -50,7 +50,7 @@ class EventType:
     """One type of events."""
 
     name: str
-    """Such as `line.down`; words joined by dots, the subject's kind first."""
+    """Name of the type, such as `line.down`; words joined by dots, the subject's kind first."""
     subject: str
     """The path of what it is about, with its parts in braces; several, where it may be about several."""
     data: type[BaseModel]
@@ -165,7 +165,7 @@ class LineDown(EventData):
 
 
 class LineOwner(EventData):
-    """Which gateway of a plant has a line now, and why."""
+    """The gateway of a plant that has a line now, and the reason."""
 
     reason: str
     owner: str | None = Field(description="Name of the gateway that has the line; null if unknown.")
@@ -212,7 +212,7 @@ class LoopHeld(EventData):
 
 
 class ShuttingDown(EventData):
-    """How the gateway ends."""
+    """The end of the gateway."""
 
     on_exit: str = Field(description="The configured treatment of motors that move: stop or leave.")
 

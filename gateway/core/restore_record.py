@@ -34,7 +34,7 @@ SCALES = Field(
 
 
 class Difference(Record):
-    """Something that a controller holds otherwise than the backup has it."""
+    """A difference between a controller and the backup."""
 
     target: str = Field(description="The body or the robot.")
     section: str

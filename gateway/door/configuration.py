@@ -158,7 +158,7 @@ class ReloadRequest(RequestModel, json_schema_extra=example(dry_run=True)):
 
 
 class NewTable(ReloadRequest):
-    """Something to be served, too, and written into the configuration file."""
+    """A table to be served, and written into the configuration file."""
 
     comment: str = Field(
         default="",

@@ -2206,7 +2206,7 @@ class Deed(TypedDict):
 
 
 class Difference(TypedDict):
-    """Something that a controller holds otherwise than the backup has it."""
+    """A difference between a controller and the backup."""
 
     target: str
     """The body or the robot."""
@@ -3539,7 +3539,7 @@ class LineChange(TypedDict):
     line_id: str
     change: Literal["added", "removed", "changed"]
     keys: list[str]
-    """Which of its keys have changed: `bodies.40`, `reply_timeout_s`."""
+    """Keys of the line that have changed: `bodies.40`, `reply_timeout_s`."""
 
 
 class LineComparisonCancelledEvent(TypedDict):
@@ -3840,7 +3840,7 @@ class LineOwnedEvent(TypedDict):
 
 
 class LineOwner(TypedDict):
-    """Which gateway of a plant has a line now, and why."""
+    """The gateway of a plant that has a line now, and the reason."""
 
     reason: str
     owner: str | None
@@ -7217,7 +7217,7 @@ class Shift(TypedDict):
 
 
 class ShuttingDown(TypedDict):
-    """How the gateway ends."""
+    """The end of the gateway."""
 
     on_exit: str
     """The configured treatment of motors that move: stop or leave."""

@@ -9265,7 +9265,7 @@ export interface components {
         DetailKind: "none" | "emergency" | "driver" | "connection" | "timeout" | "fics" | "unreadable";
         /**
          * Difference
-         * @description Something that a controller holds otherwise than the backup has it.
+         * @description A difference between a controller and the backup.
          */
         Difference: {
             /**
@@ -11904,7 +11904,7 @@ export interface components {
             change: "added" | "removed" | "changed";
             /**
              * Keys
-             * @description Which of its keys have changed: `bodies.40`, `reply_timeout_s`.
+             * @description Keys of the line that have changed: `bodies.40`, `reply_timeout_s`.
              */
             keys: string[];
         };
@@ -12667,7 +12667,7 @@ export interface components {
         };
         /**
          * LineOwner
-         * @description Which gateway of a plant has a line now, and why.
+         * @description The gateway of a plant that has a line now, and the reason.
          */
         LineOwner: {
             /** Reason */
@@ -20888,7 +20888,7 @@ export interface components {
         };
         /**
          * ShuttingDown
-         * @description How the gateway ends.
+         * @description The end of the gateway.
          */
         ShuttingDown: {
             /**
