@@ -54,7 +54,7 @@ def _facts_of_crash(crash: Facts) -> Facts:
 
 
 def _is_anothers(line: AnyLine) -> bool:
-    """Whether another gateway may have it: it is not in trouble, and not open here."""
+    """True if the line is another gateway's by plan: neither in trouble, nor open here."""
     return line.owner.stands_by() is not None
 
 

@@ -309,7 +309,7 @@ class Plant:
         return next(iter(self.territory.parts(address)), Part(address.partition(".")[0], address))
 
     async def _remove(self, line_id: str) -> None:
-        """Close a line for good: one that is retired serves nobody, whatever is left of it."""
+        """Close a line for good: a retired line serves no request, whatever is left of it."""
         family, line = self._family_of(line_id), self._ports[line_id]
         await do_in_turn(
             f"the end of line {line_id}",

@@ -28,14 +28,14 @@ ECHOING = (
 
 @dataclass(slots=True)
 class EchoPauses:
-    """How long nothing is written on a line that echoes, in the event loop's time."""
+    """The pauses in which nothing is written on a line that echoes, in the event loop's time."""
 
     echoes: bool = False
     until: float = -inf
-    """Until then only stops are written, and questions that a motor waits for."""
+    """Time until which only stops are written, and questions that a motor waits for."""
     _pause_s: float = PAUSE_S[0]
     _free_until: float = -inf
-    """Until then questions about a stop need not wait."""
+    """Time until which questions about a stop need not wait."""
 
     def begin(self, found: bool, now: float) -> None:
         """Note that the line echoes, or does no longer; a stop may have been sent just before."""

@@ -131,11 +131,11 @@ class Fence:
     def __init__(self) -> None:
         self.state = State.IN_STEP
         self.in_step = True
-        """Whether replies can be believed."""
+        """True while replies can be believed."""
         self.query: Any = None
         """The exchange of the fence under way."""
         self.doubts = 0
-        """How often a reply stayed away, could not be understood, or came unasked."""
+        """Replies that stayed away, could not be understood, or came unasked."""
 
     @property
     def tries(self) -> int:

@@ -82,7 +82,7 @@ class Scheduler(Generic[X]):
         self.locks: dict[int, SequenceLock] = {}
         """The lock of each target, held for a series."""
         self.members: Mapping[int, Iterable[int]] = {}
-        """By target, the others that a frame for it reaches."""
+        """Other targets that a frame for a target reaches."""
         self.first: deque[X] = deque()
         """Exchanges of the set-up, which go before all lanes but stops."""
         self._passed_over: dict[Lane, float] = {}

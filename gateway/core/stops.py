@@ -38,7 +38,7 @@ CLOCK_S = 0.001
 
 
 class StopNews(Enum):
-    """What can happen to a stop."""
+    """An event for a stop."""
 
     WRITTEN = "it is on the wire"
     NOT_SENT = "it cannot be put on the wire"
@@ -49,7 +49,7 @@ class StopNews(Enum):
 
 
 class StopAction(Enum):
-    """What is done about it."""
+    """The reaction to it."""
 
     NONE = ""
     RAMP = "its ramp begins"
@@ -87,7 +87,7 @@ TABLE: Final[Mapping[StopState, Mapping[StopNews, StopStep]]] = {
 
 
 class HardwareCall(Enum):
-    """Whether people are called to the hardware stop."""
+    """The call of people to the hardware stop."""
 
     NOT_YET = "not called for"
     AMID_PROOF = "called for, amid a proof"
@@ -96,7 +96,7 @@ class HardwareCall(Enum):
 
 
 class CallNews(Enum):
-    """What can happen to that call."""
+    """An event for that call."""
 
     LATE = "no standstill in time"
     UNPROVED = "the proof under way fails"
@@ -104,7 +104,7 @@ class CallNews(Enum):
 
 
 class CallAction(Enum):
-    """What is done about it."""
+    """The reaction to it."""
 
     NONE = ""
     CALL = "tell stop.unconfirmed"
@@ -335,7 +335,7 @@ class Stopping(ABC):
         return False
 
     def may_still_be_asked(self) -> bool:
-        """Whether it is too early to say how far it has come; a long ramp is not waited for."""
+        """Say whether it is too early to report on the stop; a long ramp is not waited for."""
         return not self._is_overdue and not self._takes_long() and self.has_had_no_turn()
 
     def _takes_long(self) -> bool:
@@ -392,7 +392,7 @@ class Stopping(ABC):
             self.tell()
 
     def calls_for_hardware(self) -> bool:
-        """Whether the software stop may not be enough."""
+        """Say whether the software stop may not be enough."""
         return self._is_overdue
 
     def tell(self) -> None:

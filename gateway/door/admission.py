@@ -187,7 +187,7 @@ class AccessCheck:
     def note_refusal(
         self, target: str, error: NotAuthenticated | NotPermitted, name_of: Callable[[], str | None]
     ) -> None:
-        """Write a refusal into the security log, but for those who have shown nothing."""
+        """Write a refusal into the security log, unless the caller has shown no credential."""
         do_each("the security log", partial(self._note, target, error, name_of))
 
     def _note(
