@@ -21,7 +21,7 @@ from gateway.core.events import EventHub
 RATE = 100
 """Events a second: each finds all clients waiting."""
 SETTLE_S = 0.05
-"""In which the last message leaves."""
+"""Seconds in which the last message leaves."""
 
 
 class Broadcast(asyncio.Protocol):

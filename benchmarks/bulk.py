@@ -1,4 +1,4 @@
-"""How much of a serial line's time is used while much is told or asked: programs, position tables, backups.
+"""The share of a serial line's time that is used by long work: programs, position tables, backups.
 
 Its yardsticks are the wire itself and a bare program on the same line, which writes the same frames, each
 when the last reply is there. In the plant is one body at 9600 baud, behind a paced pty, and a journal on the

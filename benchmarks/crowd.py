@@ -16,7 +16,7 @@ CONNECTIONS = 1100
 """Theirs, and those that move and stop."""
 QUIET_SHARE = 0.25
 LEAVE_S = 5.0
-"""After which nothing is left of a client."""
+"""Seconds after which nothing is left of a client."""
 
 
 async def run(seconds: float) -> list[Figure]:

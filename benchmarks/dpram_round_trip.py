@@ -14,7 +14,7 @@ from transports import TransportLost, create
 ROUNDS = 5
 MESSAGE = b"APS -123.456,78.9,0.0,#####\r"
 SETTLING_S = 0.05
-"""After it was opened a port stays awake for a while."""
+"""Seconds for which a port stays awake after it was opened."""
 
 
 class Answers:

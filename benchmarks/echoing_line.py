@@ -10,7 +10,7 @@ from benchmarks.processes import MOTION_GATEWAY, announced, cpu_s, free_port, ga
 
 ROUNDS = 3
 SETTLING_S = 5.0
-"""From the first byte to a line that is set up, and from the first echo to the state that says so."""
+"""Seconds from the first byte to a line that is set up, and from the first echo to the state that says so."""
 _BODIES = '[[lines.bodies]]\nid = "00"\n[[lines.bodies]]\nid = "3F"\n'
 _ROBOT = 'protocol = "fics"\nrobot = {id = "r1", units = [{number = 1, axes = ["X", "Y", "Z"]}]}\n'
 _RC_400, _FICS = ("rc400", "--bodies", "00,3F"), ("fics", "--axes", "XYZ")

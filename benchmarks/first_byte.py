@@ -1,4 +1,4 @@
-"""How long a request takes from the client's socket to the first byte on an idle line."""
+"""The time from the client's socket to the first byte on an idle line."""
 
 import asyncio
 import os
@@ -23,10 +23,13 @@ from simulator.rorze.line import build_line
 BODIES = list(range(LAST_BODY + 1))
 ROUNDS = 5
 PAUSE_S = 0.001
-"""Between two requests, so that the line is idle."""
+"""Seconds between two requests, so that the line is idle."""
 READS_BETWEEN = 20
-"""Between two commands. When the turn of a body comes again, no copy of its last reply can come any more, so
-no fence goes first; and the computer has not fallen asleep."""
+"""Reads between two commands.
+
+When the turn of a body comes again, no copy of its last reply can come any more, so no fence goes first; and
+the computer has not fallen asleep.
+"""
 SYNCS = 21
 PAGE_BYTES = 4096
 TARGET = Target("figure", "<=", 1.0)

@@ -1,4 +1,4 @@
-"""How long collections of garbage hold the event loop of a gateway that moves all its bodies."""
+"""The hold of the event loop by collections of garbage, in a gateway that moves all its bodies."""
 
 import asyncio
 from contextlib import ExitStack

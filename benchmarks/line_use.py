@@ -1,4 +1,4 @@
-"""How much of a serial line's time the gateway uses: eight bodies read flat out over a paced pty.
+"""The share of a serial line's time that the gateway uses: eight bodies read flat out over a paced pty.
 
 Its yardstick is the wire's time. At a speed at which machine and simulator take a share of that themselves
 it is a bare program on the same line, which only writes a frame when the last reply is there.
@@ -29,7 +29,7 @@ BODIES = list(range(8))
 READ = GetPosition()
 SPEEDS = (9600, 38400, 115200)
 BARE_FROM = 115200
-"""From this speed on the bare program is the yardstick: it reaches 0.90 to 0.96 of the wire's time itself."""
+"""Baud rate from which on the bare program is the yardstick: it reaches 0.90 to 0.96 of the wire."""
 TARGET = Target("ratio", ">=", 0.97)
 ROUNDS = 5
 """Turns of gateway and yardstick; their median does not mind that the machine had other work in one."""

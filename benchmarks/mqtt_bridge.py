@@ -41,7 +41,7 @@ WARM_S = 3.0
 ROOT = "motion/bench"
 MOVE = {"kind": "relative", "direction": "cw", "distance": {"value": 10, "unit": "pulse"}}
 ROUNDS = 4
-"""Without a bridge and beside one, in turn."""
+"""Rounds, without a bridge and beside one in turn."""
 ELSEWHERE = 5
 """Niceness of the bridge and its broker, which stand for another machine: the gateway goes first."""
 WAYS = ("p50", 0.5), ("p99", 0.99)

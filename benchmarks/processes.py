@@ -1,4 +1,4 @@
-"""How a benchmark starts what it measures: each program in a process of its own, ended with its block."""
+"""The programs that a benchmark measures: each in a process of its own, ended with its block."""
 
 import asyncio
 import os

@@ -1,4 +1,4 @@
-"""How long it takes to record ten minutes of eight lines, and how long that holds the event loop at once."""
+"""The time to record ten minutes of eight lines, and the longest hold of the event loop by it."""
 
 import asyncio
 import sys
@@ -54,7 +54,7 @@ async def _taken(plant: Plant) -> None:
 
 
 async def _holds_ms(work: "asyncio.Task[None]") -> float:
-    """How late a timer is while work is done: the worst but one in a hundred."""
+    """Delay of a timer while work is done, in ms: the worst but one in a hundred."""
     late: list[float] = []
     while not work.done():
         at = perf_counter()

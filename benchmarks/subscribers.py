@@ -14,7 +14,7 @@ HANDSHAKE = (
     b"Sec-WebSocket-Version: 13\r\nSec-WebSocket-Key: AAAAAAAAAAAAAAAAAAAAAA==\r\n\r\n"
 )
 PONG = b"\x8a\x84\x00\x00\x00\x00"
-"""With a mask that changes nothing; the four bytes of the ping follow."""
+"""Pong with a mask that changes nothing; the four bytes of the ping follow."""
 PING = b"\x89\x04"
 VALUE = b'"pulses":'
 

@@ -54,7 +54,7 @@ class CallTrace:
         sys.setprofile(None)
 
     def passes(self) -> Counter[tuple[str, str]]:
-        """How often a call went to another file than the one before, by both files."""
+        """Count the calls that went to another file than the one before, by both files."""
         return Counter((one, other) for one, other in pairwise(self.files) if one != other)
 
     def passes_above_the_line(self) -> Counter[tuple[str, str]]:

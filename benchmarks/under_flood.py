@@ -41,7 +41,7 @@ from simulator.truth import Fact, TruthLog
 
 BODIES: Final = (0x00, 0x01, 0x3F)
 BEAT_S: Final = 0.1
-"""Between two heartbeats of a jog; the gateway wants one twice a second."""
+"""Seconds between two heartbeats of a jog; the gateway wants one twice a second."""
 HEARTBEAT_S: Final = 0.5
 STOP_PAUSE_S: Final = 0.02
 TURN_S: Final = 0.002
@@ -57,7 +57,7 @@ LOOK_S: Final = 0.5
 LOOKS: Final = 6
 QUIET_TIMES: Final = 3
 LEAST_S: Final = 0.2
-"""For which each kind is poured, at least."""
+"""Seconds for which each kind is poured, at least."""
 TRIES: Final = 4
 """A kind that failed is poured again: what a flood does it does each time, what the machine did was once."""
 _ROBOT: Final = '{id = "r1", units = [{number = 1, axes = ["X", "Y", "Z"]}]}'
@@ -66,7 +66,7 @@ _JOGS: Final[dict[str, dict[str, Any]]] = {
     "/robots/r1/jogs": {"unit": 1, "axis": "X"},
 }
 _DIRECTIONS: Final = ("+", "-")
-"""In turn, so that nothing runs against its limit."""
+"""Directions in turn, so that nothing runs against its limit."""
 _ENDS: Final = {"/bodies/3F/jogs": ("5SS", 0x3F), "/robots/r1/jogs": ("JOG X", None)}
 """The command by which a jog ends, and of which body."""
 _KEYS: Final = tuple(Role(name) for name in ("viewer", "operator", "admin"))
@@ -84,13 +84,13 @@ class Measured:
     """One flood, or none; times are without those for which this process waited for a processor."""
 
     stops_ms: list[float] = field(default_factory=list)
-    """From the request of a stop to its answer, for a body that stands still."""
+    """Times from the request of a stop to its answer, for a body that stands still."""
     beats_ms: list[float] = field(default_factory=list)
-    """From a heartbeat to its answer."""
+    """Times from a heartbeat to its answer."""
     holds_ms: list[float] = field(default_factory=list)
     """Milliseconds for which one turn held the loop, where that was long."""
     silences_ms: list[float] = field(default_factory=list)
-    """From the last heartbeat of a jog to the command that ends it."""
+    """Times from the last heartbeat of a jog to the command that ends it."""
     told: dict[int, int] = field(default_factory=dict)
     """Number of answers to the flood by status; of a WebSocket, by the code that closed it."""
     failures: list[str] = field(default_factory=list)
@@ -315,7 +315,7 @@ class Stand:
 
 
 def open_sockets() -> int:
-    """How many sockets this process has open."""
+    """Number of sockets that this process has open."""
     open_now = 0
     for place in Path("/proc/self/fd").iterdir():
         with suppress(FileNotFoundError):  # closed since

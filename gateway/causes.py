@@ -28,7 +28,7 @@ RELOAD = post("/system/reload", Right.ADMIN, "gateway.reload")
 
 LINE_DOWN = "line.down"
 CONFIGURED_ANEW = "it is configured anew"
-"""Why a line is closed that somebody has changed, at rest: nobody needs to look at it."""
+"""Reason of a line that was closed because its configuration changed, which needs no look."""
 UNUSABLE = (LineState.DOWN, LineState.SILENT)
 
 
@@ -44,7 +44,7 @@ def _facts_of_burst(burst: Facts) -> Facts:
 
 
 def _facts_of_crash(crash: Facts) -> Facts:
-    """What was under way, by its motor, and the time as people write it."""
+    """Moves under way at the crash, each with its motor, and the time as people write it."""
     seen_at = crash["last_seen_at"]
     return {
         "last_seen": seen_at and f"{datetime.fromisoformat(seen_at):%Y-%m-%d %H:%M:%S} UTC",
@@ -54,7 +54,7 @@ def _facts_of_crash(crash: Facts) -> Facts:
 
 
 def _is_anothers(line: AnyLine) -> bool:
-    """Whether another gateway may have it: it is not in trouble, and not open here."""
+    """True if the line is another gateway's by plan: neither in trouble, nor open here."""
     return line.owner.stands_by() is not None
 
 
@@ -132,8 +132,10 @@ GATEWAY: Final[Sequence[CauseKind[str]]] = (
         latches=False,
     ),
 )
-"""Those that last do so while there is a reason. What is refused keeps nothing from moving: whoever is
-refused could cause that."""
+"""Causes at the gateway itself; they last while there is a reason.
+
+A refused request keeps nothing from moving: a stranger could cause refusals.
+"""
 
 
 def _reason(trouble: Callable[[], str | None] | None, _: str) -> str | None:
@@ -149,7 +151,7 @@ def causes_of(
 ) -> Iterator[Cause]:
     """All causes that a plant knows.
 
-    With `latch` the stops, too, that somebody has asked for; and what is held has an alarm of its own then.
+    With `latch` the stops that callers asked for, too; a part that is held has an alarm of its own then.
     """
     for kind in LINES:
         yield kind.among(ports.get)

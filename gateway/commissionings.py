@@ -60,7 +60,7 @@ class Commissionings(Jobs[Commissioning]):
     def __init__(self) -> None:
         super().__init__(HISTORY, "commissioning", lambda it: it.line_id)
         self.walk: Walk | None = None
-        """What tries the assumptions; a gateway that was not given it has none."""
+        """The trial of the assumptions; None in a gateway that was not given one."""
 
     def start(
         self, line: AnyLine, table: Any, open_port: Callable[[str], Transport], busy: list[str]

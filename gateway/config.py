@@ -1,4 +1,4 @@
-"""What the configuration file may say: the server, and the lines in the words of their families."""
+"""The configuration file: the server, and the lines in the words of their families."""
 
 import re
 from collections.abc import Iterable, Mapping, Sequence
@@ -38,11 +38,11 @@ def _check_network(text: str) -> str:
 
 
 _PRIVATE: Final = ("127.0.0.0/8", "10.0.0.0/8", "172.16.0.0/12", "192.168.0.0/16", "::1/128", "fc00::/7")
-"""This machine, and the networks that nobody else's machines are in (RFC 1918, RFC 4193)."""
+"""This machine and private networks (RFC 1918, RFC 4193), in which only a site's own machines are."""
 
 
 def _is_in(host: str, networks: Iterable[str]) -> bool:
-    """Whether a host is an IP address in one of these networks; no name is looked up."""
+    """Say whether a host is an IP address in one of these networks; no name is looked up."""
     try:
         address = ip_address("127.0.0.1" if host == "localhost" else host)
     except ValueError:
@@ -105,7 +105,7 @@ class Server(Table):
     tls_client_ca: Annotated[Path, Field(strict=False)] | None = None
     """Authorities (PEM) whose certificates clients may show instead of a key, which the common name names."""
     tls_client_required: bool = False
-    """Whether a client without such a certificate is turned away at the handshake."""
+    """True if a client without such a certificate is turned away at the handshake."""
     trusted_proxies: Array[Annotated[str, AfterValidator(_check_network)]] = ()
     """Addresses or networks of proxies that keep TLS for us; X-Forwarded-* of others means nothing."""
     client_networks: Array[Annotated[str, AfterValidator(_check_network)]] = ()
@@ -117,36 +117,40 @@ class Server(Table):
     max_connections: int = Field(1000, ge=1, le=50_000)
     """Connections at once, event streams included; beyond them only stops are served."""
     raw_commands: bool = False
-    """Whether commands may be sent as plain text."""
+    """True if commands may be sent as plain text."""
     latch: bool = False
-    """Whether an alarm keeps what it is about from moving until it is reset; those of the gateway itself keep
-    everything."""
+    """True if an alarm keeps its subject from moving until it is reset.
+
+    Alarms of the gateway itself keep everything from moving.
+    """
     allow_endless_moves: bool = False
-    """Whether moves without an end may be started."""
+    """True if moves without an end may be started."""
     log_level: Literal["debug", "info", "warning", "error"] = "info"
     """The least that is logged."""
     log_format: Literal["text", "json"] = "text"
     """`json`: one object a line; text has priorities where the journal of systemd reads it."""
     on_exit: Literal["leave", "stop"] = "leave"
-    """Whether motors that move when the gateway ends go on to the ends of their moves, or are stopped; moves
-    without an end and JOGs are always stopped."""
+    """End of the gateway: `leave` lets motors go on to the ends of their moves, `stop` stops them.
+
+    Moves without an end and JOGs are always stopped.
+    """
 
     @property
     def is_local(self) -> bool:
-        """Whether only this machine reaches it."""
+        """True if only this machine reaches the gateway."""
         return self.host == "localhost" or ip_address(self.host).is_loopback
 
     def may_request(self, host: str) -> bool:
-        """Whether a request may add or search a terminal server there.
+        """Say whether a request may add or search a terminal server there.
 
-        Where no networks are configured, a private address may be one. A name is none: whoever serves names
+        Where no networks are configured, a private address may be one. A name is none: its name server
         decides where it leads.
         """
         return _is_in(host, self.line_networks or _PRIVATE)
 
     @property
     def names(self) -> tuple[str, ...]:
-        """What the Host header may name besides the loopback interface."""
+        """Names that the Host header may have besides those of the loopback interface."""
         if self.is_local or ip_address(self.host).is_unspecified:
             return self.allowed_hosts
         return (*self.allowed_hosts, f"[{self.host}]" if ":" in self.host else self.host)
@@ -174,9 +178,9 @@ class Oidc(Table):
 
     issuer: Annotated[str, AfterValidator(_check_issuer)]
     audience: str = Field(min_length=1)
-    """What tokens for this gateway have as `aud`."""
+    """Value of `aud` in tokens for this gateway."""
     roles: dict[str, Annotated[Role, Field(strict=False)]] = Field(min_length=1)
-    """Which word in the role claim gives which role here."""
+    """Role here for each word in the role claim."""
     role_claim: str = Field("roles", min_length=1)
     """The claim with the words, `realm_access.roles` for one inside another."""
     name_claim: str = Field("sub", min_length=1)
@@ -188,7 +192,7 @@ class Oidc(Table):
 
 
 class AccessTable(Table):
-    """Who may use the gateway."""
+    """Access control of the gateway."""
 
     mode: Literal["keys", "open"] = "keys"
     """`open`: everybody on this machine may do everything."""
@@ -200,9 +204,9 @@ class AccessTable(Table):
     key_warning_d: int = Field(30, ge=0, le=365)
     """Days before the end of a key at which it is warned of."""
     four_eyes: bool = False
-    """Whether a key of an admin takes a second admin."""
+    """True if a key of an admin takes a second admin."""
     lease_mode: Literal["off", "optional", "required"] = "optional"
-    """Whether motions and settings take a lease: never, where somebody has one, or always."""
+    """Leases for motions and settings: never, only where another caller has one, or always."""
     oidc: Oidc | None = None
 
 
@@ -210,7 +214,7 @@ class SyslogTable(Table):
     """A server that takes a copy of the security log: RFC 5424 over TLS, as RFC 5425 has it."""
 
     address: Annotated[str, AfterValidator(_check_syslog)]
-    """Its name and port, such as logs.example:6514."""
+    """Name and port of the server, such as logs.example:6514."""
     ca: Annotated[Path, Field(strict=False)] | None = None
     """The certificates that its own is checked against (PEM); left out, those of the system."""
     certificate: Annotated[Path, Field(strict=False)] | None = None
@@ -241,14 +245,14 @@ def _check_hour(text: str) -> str:
 
 
 class RecordingsTable(Table):
-    """What is kept to be recorded, and how much of the disk recordings may take."""
+    """Memory for recordings, and their share of the disk."""
 
     memory_mib: int = Field(4, ge=1, le=1000)
-    """For the newest records of each line, packed: some 160,000 of them."""
+    """Memory for the newest records of each line, packed: some 160,000 of them."""
     disk_mib: int = Field(500, ge=1, le=1_000_000)
-    """For all recordings together; the oldest are deleted for newer ones."""
+    """Room on the disk for all recordings together; the oldest are deleted for newer ones."""
     before_alarm_s: float = Field(0.0, ge=0, le=3600)
-    """An alarm begins a recording so many seconds before it; with both 0 none does."""
+    """Seconds that a recording begins before the alarm that causes it; with both 0 no alarm causes one."""
     after_alarm_s: float = Field(0.0, ge=0, le=3600)
 
 
@@ -293,11 +297,11 @@ class Config(Table):
     lines: Array[Annotated[LineTable, PlainValidator(_of_its_family)]] = ()
 
     def made(self) -> Mapping[str, Sequence[Made]]:
-        """What extensions make of things on lines, by their arrays."""
+        """Things that extensions make of things on lines, by the names of their arrays."""
         return {key: getattr(self, key) for key in EXTENSIONS_BY_KEY}
 
     def served(self) -> dict[str, dict[str, Any]]:
-        """What each line serves, what is made of it too, by its id."""
+        """Parts that each line serves, those of extensions included, by the line's id."""
         return {
             line.id: {
                 **line.model_dump(),
@@ -369,7 +373,7 @@ class Config(Table):
 
     @model_validator(mode="after")
     def _place_made(self) -> Self:
-        """What is made of things on lines is found by its id alone, and stands where its extension allows."""
+        """Check that each made thing has an id of its own, and stands where its extension allows."""
         lines = {line.id: line for line in self.lines}
         taken = {*lines, *(it for line in self.lines for it in line.unique_ids().values())}
         for key, made in self.made().items():

@@ -19,15 +19,15 @@ from gateway.core.toml_lines import LineIndex, end_of_array
 
 
 class LineChange(Record):
-    """What becomes of a line."""
+    """The change of a line."""
 
     line_id: str
     change: Literal["added", "removed", "changed"]
-    keys: list[str] = Field(description="Which of its keys have changed: `bodies.40`, `reply_timeout_s`.")
+    keys: list[str] = Field(description="Keys of the line that have changed: `bodies.40`, `reply_timeout_s`.")
 
 
 class Changes(Record):
-    """What differs between the configuration that is served and another."""
+    """The differences between the configuration that is served and another."""
 
     lines: list[LineChange] = Field(description="All others go on undisturbed.")
     needs_restart: list[str] = Field(description="Keys whose change takes a restart of the gateway.")

@@ -1,4 +1,4 @@
-"""What packages register: the families of controllers, by the protocol of a line, and what extends them."""
+"""The registry of packages: the families of controllers, by the protocol of a line, and their extensions."""
 
 from collections.abc import Iterator, Sequence
 from importlib import import_module
@@ -16,7 +16,7 @@ EXTENSIONS: Final[Sequence[type[Extension]]] = [
     import_module(f"gateway.{it.parent.name}.extension").EXTENSION
     for it in sorted(Path(__file__).parent.glob("*/extension.py"))
 ]
-"""Those of the packages beside the families that are there; nothing else names them."""
+"""Extensions in the packages beside the families; nothing else names them."""
 
 
 def registered() -> Iterator[type[Registered]]:

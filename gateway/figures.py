@@ -1,4 +1,4 @@
-"""What is counted of a plant beside its lines' own counters: ends of moves, and how long stops took."""
+"""Counters of a plant beside those of its lines: ends of moves, and the time of stops."""
 
 import asyncio
 from collections import defaultdict
@@ -12,7 +12,7 @@ from gateway.core.move_record import MoveStatus
 
 OUTCOMES: Final = tuple(status.value for status in MoveStatus if status.final)
 STOP_BOUNDS_S: Final = (0.01, 0.025, 0.05, 0.1, 0.2, 0.3, 0.5, 1.0, 2.0, 5.0, 10.0, 60.0)
-"""Of the time from the request to the standstill that the controller reports."""
+"""Bounds for the time from the request to the standstill that the controller reports, in seconds."""
 
 
 class Figures:
@@ -22,9 +22,9 @@ class Figures:
         self._line_of = line_of
         """Finds the line of a subject."""
         self.moves: defaultdict[tuple[str, str], int] = defaultdict(int)
-        """How many moves have ended, by line and outcome."""
+        """Number of moves that have ended, by line and outcome."""
         self.stops: defaultdict[str, Histogram] = defaultdict(lambda: Histogram(STOP_BOUNDS_S))
-        """By line."""
+        """Times of stops, by line."""
         self._asked_at: dict[str, float] = {}
 
     def note(self, event: Event) -> None:
@@ -41,6 +41,6 @@ class Figures:
 
 @lru_cache(maxsize=256)
 def _meaning(type_: str) -> tuple[str, str]:
-    """What has happened to what, by the name of an event's type."""
+    """Split an event's type into the kind of its subject and the news."""
     _, what, news, *_ = [*type_.split("."), "", ""]
     return what, news

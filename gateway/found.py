@@ -1,4 +1,4 @@
-"""Who was found at a port, in words and as a table of the configuration."""
+"""A controller found at a port, in words and as a table of the configuration."""
 
 import re
 from dataclasses import dataclass, field
@@ -9,9 +9,9 @@ from protocols.fics.link import Terminator
 from protocols.fics.system import SystemVersion
 
 AXES = ("X", "Y", "Z", "@", "W", "U", "V", "R")
-"""How the axes of a robot are called here, in their order; nobody can ask it for their names."""
+"""Names of a robot's axes here, in order; the robot cannot be asked for its own."""
 TERMINAL_AXES = 3
-"""Of a robot that has not told how many it has."""
+"""Number of axes of a robot that has not told it."""
 _NAMES = re.compile("[0-9A-Fa-f]{2}(?:,[0-9A-Fa-f]{2})*")
 LONGEST_IDENTITY = 100
 """Characters of an answer to XID that are repeated."""
@@ -23,10 +23,10 @@ class FoundLine:
 
     address: str
     controllers: str
-    """What it has answered to XID."""
+    """Answer to XID."""
     bodies: list[int] = field(default_factory=list)
     complete: bool = False
-    """Whether all 120 body numbers were asked."""
+    """True if all 120 body numbers were asked."""
 
     def named(self) -> list[int]:
         """The bodies that the link master names (XID, RC-420 manual 17.2)."""
@@ -64,7 +64,7 @@ class FoundRobot:
     version: SystemVersion | None = None
     unit: int | None = None
     axes: int | None = None
-    """How many motor axes the present unit has."""
+    """Number of motor axes of the present unit."""
 
     def in_words(self) -> str:
         """Say who was found."""

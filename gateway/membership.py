@@ -44,7 +44,7 @@ class Engine(Table):
     ca: Annotated[Path, Field(strict=False)] | None = None
     """Authorities (PEM) that certificates are checked against; left out, those of the system."""
     monitor: Array[Annotated[str, AfterValidator(_check_monitor)]] = ()
-    """Where the servers tell their settings, such as http://127.0.0.1:8222, so that these can be checked."""
+    """Addresses at which the servers tell their settings for a check, such as http://127.0.0.1:8222."""
 
 
 class PlantOfGateways(Engine):
@@ -52,15 +52,15 @@ class PlantOfGateways(Engine):
 
     name: Slug
     url: Annotated[str, AfterValidator(check_gateway_url)] | None = None
-    """Where the plant reaches this gateway; left out, where it listens."""
+    """Address at which the plant reaches this gateway; left out, the one it listens at."""
 
 
 @dataclass(slots=True)
 class Membership:
-    """Written by whoever forwards the gateway's events to the plant; everything else reads it."""
+    """State of this gateway in the plant, written by the part that forwards its events; the rest reads it."""
 
     name: str
-    """Of this gateway in the plant."""
+    """Name of this gateway in the plant."""
     trouble: str | None = None
     """Why the plant's servers are not reached, once that has lasted; the gateway itself goes on."""
     forwarded: int = 0

@@ -1,4 +1,4 @@
-"""What a plant remembers over restarts: events, moves, long work, and what was under way when it ended."""
+"""The memory of a plant over restarts: events, moves, long work, and what was under way when it ended."""
 
 import logging
 import time

@@ -1,7 +1,7 @@
-"""Which gateway has a line that another one may take over, and since when.
+"""The owner of a line that another gateway may take over, and the epoch since which it has it.
 
-Nothing is decided by a vote, and nobody is called dead: a person takes a line over (`take`). A line that
-was lost to somebody else is not opened again by itself, for that would throw the new owner out.
+Nothing is decided by a vote, and no gateway is called dead: a person takes a line over (`take`). A line that
+was lost to another gateway is not opened again by itself, for that would throw the new owner out.
 """
 
 import json
@@ -30,10 +30,10 @@ class OwnerChanged(NotSent):
 
 @dataclass
 class Owner:
-    """Who has a line."""
+    """The gateway that has a line."""
 
     gateway: str | None
-    """None where it was lost, and nobody has said that it has it."""
+    """Name of the gateway; None where the line was lost, and no gateway has said that it has it."""
     epoch: int = 1
     """Grows by one with each take-over."""
 
@@ -48,10 +48,10 @@ class Ownership:
         self._path = None if directory is None else directory / FILE
         self._owners = {line: Owner(owners[0]) for line, owners in self.owners.items()}
         self._forced: set[str] = set()
-        """Lines that a person has taken over here: nobody else is asked about them."""
+        """Lines that a person has taken over here: no other gateway is asked about them."""
         self._left: dict[tuple[str, str], Sequence[Mapping[str, Any]]] = {}
         self.is_current = False
-        """Whether what other gateways say of themselves is heard now."""
+        """True while the reports of other gateways are heard."""
         self.on_claim: Callable[[str, int], object] = lambda _line, _epoch: None
         """Called with each line that is taken over here, and its epoch."""
         self.on_loss: Callable[[str, str], object] = lambda _line, _why: None

@@ -84,15 +84,15 @@ class Plant:
     ) -> None:
         self.config = config
         self.file = file
-        """Where the configuration comes from, if from a file."""
+        """File of the configuration, if it comes from one."""
         self.events = EventHub()
         self.security = security or SecurityLog()
         self.security.on_trouble = self._security_trouble
         self.security.on_burst = self._refusals_burst
         self.credentials = Credentials()
-        """Of those who may ask; the server replaces them by its own."""
+        """Credentials of callers; the server replaces them by its own."""
         self.membership = None if config.plant is None else Membership(config.plant.name)
-        """In a plant of several gateways."""
+        """Membership in a plant of several gateways; None without one."""
         self.ownership = Ownership(
             "" if config.plant is None else config.plant.name,
             {line.id: line.owners for line in config.lines},
@@ -100,7 +100,7 @@ class Plant:
         )
         self.ownership.on_loss = self._line_taken_over
         self.sessions = Sessions()
-        """Of browsers that have signed in."""
+        """Sessions of browsers that have signed in."""
         self.names = Names()
         self.names.on_named = self._positions_named
         self.recorders: dict[str, Recorder] = {}
@@ -138,9 +138,9 @@ class Plant:
         self.comparisons = Comparisons(partial(self._publish_reading, "comparison"))
         self.figures = Figures(self.line_of)
         self.requests: History[Noted] = History(REQUESTS_BYTES)
-        """What was asked for, to be recorded."""
+        """Requests of callers, for recordings."""
         self.states: History[Noted] = History(STATES_BYTES)
-        """How everything was, to be recorded."""
+        """States of all parts, for recordings."""
         self.recordings = self._recordings()
         self.events.listeners += [self.figures.note, logbook.note, self.alarms.note]
         self.events.listeners += [self.recordings.note] if self.recordings.takes_alarms else []
@@ -288,7 +288,7 @@ class Plant:
         return gone
 
     def busy(self, config: Config) -> list[str]:
-        """What moves or is at work on the lines that another configuration would close."""
+        """Addresses that move or work on the lines that another configuration would close."""
         return [address for line_id in self._gone(config) for address in self._busy_on(line_id)]
 
     def _gone(self, config: Config) -> list[str]:
@@ -305,11 +305,11 @@ class Plant:
         return sorted({*there, *at_work, *commissioned})
 
     def _part(self, address: str) -> Part:
-        """What a whole address means; of what has been removed its line is all that is known."""
+        """Find the part that a whole address means; if it was removed, only its line is known."""
         return next(iter(self.territory.parts(address)), Part(address.partition(".")[0], address))
 
     async def _remove(self, line_id: str) -> None:
-        """Close a line for good: one that is retired serves nobody, whatever is left of it."""
+        """Close a line for good: a retired line serves no request, whatever is left of it."""
         family, line = self._family_of(line_id), self._ports[line_id]
         await do_in_turn(
             f"the end of line {line_id}",
@@ -332,7 +332,10 @@ class Plant:
         self._end.hurry()
 
     async def close(self) -> None:
-        """End all work. What `on_exit` leaves moving runs on in the controllers; nothing more is sent."""
+        """End all work.
+
+        Motors that `on_exit` leaves moving run on in the controllers; nothing more is sent.
+        """
         what = "the end of the plant"
         works = self.port_scans, self.commissionings, self.backups, self.comparisons, self.recordings
         unwatching = (partial(self._unwatch, line_id) for line_id in list(self._watches))
@@ -433,7 +436,7 @@ class Plant:
                     self.alarms.find(LINE_DOWN, f"/lines/{port.id}", reason=port.trouble)
 
     def _was_held(self, seconds: float) -> None:
-        """What has waited while the loop was held for long is not sent any more, and nothing is believed."""
+        """Cancel commands that waited while the loop was held for long, and fence all lines."""
         suspended = seconds > SUSPENDED_S
         log.warning(
             "the gateway was suspended or held up for %.1f s%s",
@@ -488,7 +491,7 @@ class Plant:
         self.events.publish(f"gateway.recording.{record.status}", SUBJECT, record, correlation=record.id)
 
     def _recorded_configuration(self, lines: Sequence[str]) -> dict[str, Any]:
-        """What a replay is made with: the lines and what is on them, and no keys, hosts or files."""
+        """Configuration for a replay: the lines and the parts on them, without keys, hosts or files."""
         config = self.config
         return {
             "server": config.server.model_dump(include={"latch", "allow_endless_moves", "on_exit"}),
@@ -603,6 +606,6 @@ class Plant:
 
 
 def _what(subject: str) -> str:
-    """What a path is of: `body` for `/bodies/line1.3F`."""
+    """Give the kind of a path: `body` for `/bodies/line1.3F`."""
     kind = subject.split("/")[1]
     return {"bodies": "body"}.get(kind, kind.removesuffix("s"))

@@ -34,12 +34,12 @@ _INSTEAD: Final = {
     "device": "Name a device such as /dev/ttyUSB0 or /dev/uio0; others stand in the configuration file only.",
 }
 GATEWAY: Final = "The gateway"
-"""Whose scans these are."""
+"""Caller in whose name scans are made."""
 BROKEN_OFF: Final = "It was broken off; what was found until then stands here."
 
 
 class FoundPort(Record):
-    """Somebody who answered at a port."""
+    """A controller that answered at a port."""
 
     address: str
     told: str = Field(description="The controllers in words.")
@@ -173,6 +173,6 @@ def foreign(address: str, server: Server) -> str | None:
 
 
 def _place_of(address: str) -> tuple[object, ...]:
-    """What two addresses of one port have in common; a device has several names."""
+    """Make the key that all addresses of one port share; a device has several names."""
     it = Address.parse(address)
     return it.scheme, it.host, it.port, Path(it.path).resolve() if it.scheme != "tcp" else None

@@ -1,4 +1,4 @@
-"""Recordings of the plant: taken when somebody asks or an alarm is raised, kept in the data directory."""
+"""Recordings of the plant: taken on request or at an alarm, kept in the data directory."""
 
 import asyncio
 import csv
@@ -37,11 +37,11 @@ from transports.trace import TraceEntry, escape
 log = logging.getLogger(__name__)
 
 GATEWAY: Final = "The gateway"
-"""Whose recordings these are."""
+"""Caller in whose name recordings are made."""
 FOLDER: Final = "recordings"
 HISTORY: Final = 1000
 SPOOL_S: Final = 1.0
-"""A recording under way is on the disk so long after it happened."""
+"""Seconds after which an event is on the disk, while a recording is under way."""
 REQUESTS_BYTES: Final = 2_000_000
 STATES_BYTES: Final = 8_000_000
 STATES_REACH_S: Final = 60.0
@@ -77,7 +77,7 @@ _JOURNAL: Final = {
     "moves": _asking("moves", "id, target, final, at, record", "nullif(final, 0)"),
     "alarms": _asking("alarms", "id, at, target, cause, reset_at, reset_by, record", "reset_at"),
 }
-"""What a recording has of the journal, in the words of `motion-gateway journal export`."""
+"""Tables of the journal in a recording, in the words of `motion-gateway journal export`."""
 
 Noted = tuple[int, int, str]
 """Wall time, the time of the clock that never jumps, and a line of JSON."""
@@ -110,16 +110,16 @@ class RecordingInfo(Record):
 
 @dataclass
 class RecordedSpan:
-    """What a recording is taken of."""
+    """The sources of a recording."""
 
     events: EventHub
     recorders: Mapping[str, Recorder]
     requests: History[Noted]
     states: History[Noted]
     configuration: Callable[[Sequence[str]], Mapping[str, Any]]
-    """That of some lines."""
+    """Gives the configuration of some lines."""
     trajectories: Callable[[], Iterable[Any]]
-    """Where motors were seen during the newest moves."""
+    """Gives the places where motors were seen during the newest moves."""
     line_of: Callable[[str], str | None]
     """The line of a subject or a target; None of what is about no line."""
     read_journal: Callable[[str, Sequence[Value]], Sequence[tuple[Any, ...]]]
@@ -242,7 +242,7 @@ class Recordings(Jobs[RecordingInfo]):
 
     @property
     def takes_alarms(self) -> bool:
-        """Whether an alarm begins a recording."""
+        """True if an alarm begins a recording."""
         return bool(self._before_s or self._after_s)
 
     def note(self, event: Event) -> None:
@@ -389,7 +389,7 @@ class Recordings(Jobs[RecordingInfo]):
         await asyncio.to_thread(_delete, part)
 
     async def _make_room(self, record: RecordingInfo, more: int) -> None:
-        """Delete the oldest recordings that are too much: nobody's requests push those of alarms out."""
+        """Delete the oldest recordings beyond the limit: requests never push out recordings of alarms."""
         rivals = [it for it in self.list() if it.cause == record.cause and it is not record and it.bytes]
         left = self._most_bytes // 2 - more // 5 - (record.bytes or 0)
         for rival in rivals:

@@ -1,8 +1,8 @@
-"""Who is at the ports of this machine: an RC-400 and its bodies, or a Fics, at which baud rate.
+"""A search for controllers at this machine's ports: an RC-400 and its bodies, or a Fics, and the baud rate.
 
-Only what changes no motor is said: a line too long to be a command, so that a half command that somebody has
-left is not executed; XID to the link master; reads of position entries; and the questions MOD, VER, UNT and
-ACD to a Fics. Whatever else is at a port hears bytes that it does not know.
+Only frames that change no motor are sent: a line too long to be a command, so that a half command left on the
+line is not executed; XID to the link master; reads of position entries; and the questions MOD, VER, UNT and
+ACD to a Fics. Any other device at a port hears bytes that it does not know.
 """
 
 import asyncio
@@ -45,7 +45,7 @@ BODY_ANSWERS_WITHIN_S = 0.1
 ROUNDS = 2
 """A body that missed the first question is asked again."""
 SETTLES_S = 0.1
-"""What an answer to the first bytes needs to be over."""
+"""Seconds after the first bytes in which an answer to them ends."""
 LONGEST_ANSWER = 64
 """Bytes of an answer that is waited for."""
 ENTRIES = 2048
@@ -89,11 +89,11 @@ async def search(
     open_transport: Callable[[str], Transport] = create,
     thorough: bool = True,
 ) -> None:
-    """Search all ports at once, each by its addresses in turn; `found` grows as somebody answers.
+    """Search all ports at once, each by its addresses in turn; `found` grows as controllers answer.
 
     Where it is not to be thorough, only the bodies are asked that the link master names, if one of these
-    answers: to wait for the silence of all others takes a minute. `note` is told what could not be opened.
-    Cancelled, it leaves what was found.
+    answers: to wait for the silence of all others takes a minute. `note` is told which ports could not be
+    opened. Cancelled, it leaves what was found.
     """
     async with asyncio.TaskGroup() as together:
         for addresses in ports:
@@ -122,7 +122,7 @@ async def _search_port(
 
 
 async def _search_address(questions: "Questions", found: list[Found], tell: Tell, thorough: bool) -> bool:
-    """Whether somebody answers at this address."""
+    """Search one address; say whether a controller answers there."""
     await questions.open()
     address = questions.port.address
     if not address.startswith("dpram:"):

@@ -1,4 +1,4 @@
-"""The plant as it is now: what follows a gap in the stream, so that nobody has to read everything again."""
+"""The plant as it is now, after a gap in the stream, so that a client need not read everything again."""
 
 from collections.abc import Callable, Collection, Iterable, Mapping
 from typing import Any, Final, Union

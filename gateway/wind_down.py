@@ -18,7 +18,7 @@ log = logging.getLogger(__name__)
 WIND_DOWN_S = 3.0
 """Stops have this time to be confirmed."""
 HURRY_S = 0.3
-"""The same when somebody is impatient: a stop that was asked for has been written by then."""
+"""Seconds for the end in a hurry: a stop that was asked for has been written by then."""
 
 SUBJECT = "/gateway"
 WHAT = "the end of the gateway"

@@ -16,7 +16,7 @@ DEVELOPERS: Final = ("decisions", "architecture.md", "testing.md")
 """Pages that are not part of the site: they are about the source."""
 UNUSED: Final = ("sitemap.xml", "objects.inv", "404.html")
 _BROKEN_LINE: Final = re.compile(r"^((?!#)(?:.*[^\x00-\x7f]\n *(?=[^\x00-\x7f]))+)", re.MULTILINE)
-"""In Japanese its end would be shown as a blank."""
+"""Paragraphs in Japanese with line ends, which would be shown as blanks."""
 _LINK: Final = re.compile(r"(?<!!)\[([^\]]+)\]\(([^)\s]+)\)")
 
 

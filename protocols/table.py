@@ -71,7 +71,7 @@ _EFFECTS = {Retry.READ: Effect.READ, Retry.SETTING: Effect.SETTING, Retry.STOP: 
 
 
 class Wire:
-    """How one value is written on the wire, as a regular expression without groups and two functions."""
+    """The notation of one value on the wire: a regular expression without groups, and two functions."""
 
     pattern: str
 
@@ -163,7 +163,7 @@ class Form(ABC):
 
     @abstractmethod
     def variants(self) -> set[frozenset[str]]:
-        """Which sets of fields this form can write."""
+        """Sets of fields that this form can write."""
 
     @abstractmethod
     def read(self, data: Any, /) -> dict[str, object] | None:
@@ -175,7 +175,7 @@ class Form(ABC):
 
 
 class Codec(ABC):
-    """How the rows of a protocol stand on the wire: a row says what is said, its codec says how."""
+    """The notation of a protocol's rows on the wire: a row says what is said, its codec says how."""
 
     @abstractmethod
     def forms_of(self, row: "type[Spoken]", syntax: str) -> tuple[Form, ...]:
@@ -336,7 +336,7 @@ class Spoken(BaseModel):
         return self._writer[given].write({name: getattr(self, name) for name in given})
 
     def form_index(self) -> int:
-        """Which of the row's forms writes this one."""
+        """Index of the row's form that writes this command."""
         return self.forms.index(self._writer[self._given()])
 
     @classmethod

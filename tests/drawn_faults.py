@@ -24,7 +24,7 @@ ROOT = Path(__file__).parents[1]
 _FOLDERS = tuple(f"{ROOT / folder}/" for folder in ("gateway", "api"))
 
 AGAIN_S = 30.0
-"""After this time the gateway is itself again, whatever has happened."""
+"""Seconds after which the gateway is itself again, whatever has happened."""
 STRUCK = "functions struck by drawn faults"
 """The property of a test under which it reports them."""
 _SURVIVORS = {str(ROOT / "gateway/core/supervisor.py"), str(ROOT / "gateway/core/own_faults.py")}

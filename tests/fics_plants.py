@@ -26,7 +26,7 @@ SET_UP_S = 1.0
 """More than a line needs to be ready."""
 
 COPY_GAP_S = 0.01
-"""From a copy of an earlier answer to the answer itself."""
+"""Seconds from a copy of an earlier answer to the answer itself."""
 
 SCARA = '{number = 1, axes = ["X", "Y", "Z"], motor_axes = ["A", "B", "Z"]}'
 CARTESIAN = '{number = 2, axes = ["X", "Y", "Z"]}'

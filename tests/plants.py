@@ -96,7 +96,7 @@ class TerminalServer(Wire):
         super().__init__(machine, baud)
         self._passed_on_at = 0.0
         self.reached_again_at = 0.0
-        """Until then the network holds everything back, both ways."""
+        """Time until which the network holds everything back, both ways."""
 
     @property
     def byte_time_s(self) -> float:

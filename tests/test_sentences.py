@@ -39,8 +39,8 @@ class Rule:
 RULES = (
     Rule(
         "no sentence begins with a clause that stands for a noun",
-        r"(?:\A|(?<=[.!?])\s+)(?:What|Who|Whom|Whose|Whether|Whatever|Whoever|Those|Of|So (?:many|long|often)"
-        r"|The same)\b",
+        r"(?:\A|(?<=[.!?])\s+)(?:What|Who|Whom|Whose|Which|Whether|Whatever|Whoever|Those|Of|The same"
+        r"|So (?:many|long|often)|How (?:many|much|long|often|far|late|near|soon))\b",
         now="What was given up last, until a later reply has its name: of that a copy may come.",
         better="The last exchange that timed out. Its reply may still arrive.",
     ),
@@ -57,18 +57,12 @@ RULES = (
         better="Questions in flight: enough to keep the line busy, few enough not to delay other readers.",
     ),
     Rule(
-        "an attribute is a noun with its unit",
-        r"\A(?:How|So|By|It|They|As|That)\b",
-        now="How long a reply is waited for.",
-        better="Time to wait for a reply, in seconds.",
-        kinds=("attribute", "description"),
-    ),
-    Rule(
-        "a description is understood alone",
-        r"\A(?:In|From|To|When|Where|Why|Null|None|Left out|Such)\b",
+        "an attribute or a field is a noun with its unit, understood alone",
+        r"\A(?:How|So|By|It|They|As|That|Told|When|Where|After|Since|Until|From|To|In|At|On|For|With|Without"
+        r"|Between|Its|None|Null|Left out|Such)\b",
         now="In `counted_in`, as last read.",
         better="Position as last read, in `counted_in`.",
-        kinds=("description",),
+        kinds=("attribute", "description"),
     ),
 )
 VARIABLE = "a variable is called by what it holds"

@@ -1,4 +1,4 @@
-"""Which transport an address means, and the strict reading of its URL."""
+"""The addresses of transports, and the strict reading of their URLs."""
 
 import re
 from collections.abc import Mapping, Sequence

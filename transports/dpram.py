@@ -30,7 +30,7 @@ HIGHEST_SIZE = 1 << 24
 LAST_MAP = 4
 """A UIO device has at most five maps; map N is mapped at N pages."""
 STRIDES = (1, 2, 4, 8)
-"""From one byte of the RAM to the next, in bytes of the mapping."""
+"""Distances from one byte of the RAM to the next, in bytes of the mapping."""
 CELLS: Final[Mapping[int, Literal["B", "H", "I"]]] = {8: "B", 16: "H", 32: "I"}
 """The bits of one access, and how `struct` calls such a number."""
 
@@ -142,7 +142,7 @@ class Place:
     offset: int
     """Offset of the first byte of the RAM in the mapping, in bytes."""
     stride: int
-    """From one byte of the RAM to the next, in bytes of the mapping: 1, 2, 4 or 8."""
+    """Distance from one byte of the RAM to the next, in bytes of the mapping: 1, 2, 4 or 8."""
     width: int
     """Bits of every access, which is aligned: 8, 16 or 32."""
     size: int
@@ -275,7 +275,7 @@ class _Memory:
 
 
 def _identity(found: os.stat_result, place: Place) -> tuple[int, int]:
-    """Which file or device it is.
+    """Identity of the file or device.
 
     :raises OSError: it cannot hold the RAM.
     """
@@ -288,7 +288,7 @@ def _identity(found: os.stat_result, place: Place) -> tuple[int, int]:
 
 
 class _Patience:
-    """How long something has been in the way, and whether that is too long."""
+    """The time for which something has been in the way, and its limit."""
 
     def __init__(self, limit_s: float) -> None:
         self._limit_s = limit_s
@@ -309,7 +309,7 @@ class _Patience:
             raise OSError(f"{reason} for {self._limit_s:g} s")
 
     def renew(self) -> None:
-        """It is over."""
+        """Note that nothing is in the way any more."""
         self._since = None
 
 

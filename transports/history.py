@@ -18,7 +18,7 @@ class Piece(NamedTuple, Generic[R]):
     first: int
     """Number of the first of them."""
     last_ns: int
-    """When the last of them came, on the clock that never jumps."""
+    """Time of the last of them, on the clock that never jumps, in nanoseconds."""
     packed: bytes
 
     def records(self) -> list[R]:

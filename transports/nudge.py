@@ -14,7 +14,7 @@ from time import CLOCK_MONOTONIC, monotonic
 LEAD_S = 150e-6
 """The computer is woken this time before the reply."""
 SLEEP_S = 500e-6
-"""In a wait shorter than this nothing falls asleep."""
+"""Longest wait in seconds in which nothing falls asleep."""
 FRAMES_KEPT = 1024
 """Frames whose time to the reply is known: who polls writes the same ones again and again."""
 

@@ -20,7 +20,7 @@ from gateway.core.records import Record
 IDLE_S: Final = 1800.0
 """A session that was not used for this time has ended."""
 LONGEST_S: Final = 12 * 3600.0
-"""No session is longer."""
+"""Longest duration of a session, in seconds."""
 TICKET_S: Final = 10.0
 """A ticket is valid for this time, and once."""
 PENDANT_S: Final = 60.0
@@ -89,7 +89,7 @@ class Sessions:
         """The one that was not used for the longest time first."""
         self._stop_only: OrderedDict[str, _Lent] = OrderedDict()
         self.on_end: Callable[[SessionInfo, Why], None] = lambda _session, _why: None
-        """Called with each that ends before its time."""
+        """Called with each session that ends before its time."""
 
     def begin(self, grant: Grant, address: str = "") -> str:
         """Begin a session, and give its id of 256 random bits."""

@@ -35,7 +35,7 @@ _RESERVED: Final = frozenset({"gateway", "everybody"})
 RECHECK_S: Final = 0.05
 """The file is looked at no more often for keys that are known: it takes a third of the time of the check."""
 LONGEST_S: Final = 10 * 365 * 86_400.0
-"""No key that ends lasts longer."""
+"""Longest lifetime of a key that ends, in seconds."""
 DAY_S: Final = 86_400.0
 OVERLAP_S: Final = 7 * DAY_S
 """Default time for which a rotated key stays good beside the new one, in seconds."""
@@ -74,11 +74,12 @@ class KeyInfo(Record):
     name: str
     role: Role
     scope: list[str] | None = Field(
-        description="The addresses of lines, bodies, groups and robots that it is for; null means all."
+        description="Addresses of the lines, bodies, groups and robots that the key is for; null means all."
     )
     begins: str = Field(description="Beginning of the key, which is no secret.")
     state: State = Field(
-        description="`waiting`: of an admin, and not yet approved by a second one (`access.four_eyes`)."
+        description="State of the key; `waiting`: an admin's key that no second admin has approved yet "
+        "(`access.four_eyes`)."
     )
     ends_soon: bool = Field(
         description="True if the key ends within `access.key_warning_d`, and no newer key has its name."
@@ -141,7 +142,7 @@ class Key(BaseModel):
         )
 
     def principal(self) -> Principal:
-        """Its holder."""
+        """The holder of the key."""
         scope = None if self.scope is None else frozenset(self.scope)
         return Principal(self.name, self.role, scope, self.prefix)
 

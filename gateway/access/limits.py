@@ -1,4 +1,4 @@
-"""How much one key may take up, so that no client crowds out the others. Stops are never counted."""
+"""Limits of each key, so that no client crowds out the others. Stops are never counted."""
 
 from collections import OrderedDict
 from collections.abc import Callable
@@ -97,7 +97,7 @@ class Rates:
     def __init__(self, at_once: int, per_s: float, clock: Callable[[], float] = monotonic) -> None:
         self._at_once, self._per_s, self._clock = at_once, per_s, clock
         self._full_at: OrderedDict[str, float] = OrderedDict()
-        """When each has all its room again, the one that was let pass longest ago first."""
+        """Times at which callers have their full allowance again, the one let pass longest ago first."""
 
     def passes(self, name: str) -> bool:
         """Count one more; False where that is too many, and it does not count."""

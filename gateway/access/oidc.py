@@ -32,12 +32,12 @@ LEEWAY_S: Final = 30
 """Seconds by which the two clocks may differ."""
 MOST_TOKEN: Final = 12_000
 MOST_SUBJECT: Final = 255
-"""No provider gives a longer one (OpenID Connect Core 2)."""
+"""Longest subject that a provider gives (OpenID Connect Core 2)."""
 MOST_NAME: Final = 64
 
 
 class Fetch(Protocol):
-    """How a document is read from the provider."""
+    """Reads a document from the provider."""
 
     async def __call__(self, url: str) -> Mapping[str, Any]:
         """Read a JSON object.

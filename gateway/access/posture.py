@@ -1,4 +1,4 @@
-"""Which defaults of a configuration were weakened, each said plainly."""
+"""Weakened defaults of a configuration, each said plainly."""
 
 from collections.abc import Iterator
 from typing import Final

@@ -1,4 +1,4 @@
-"""Which part of a plant a scope covers, and the one check of rights that all front ends share."""
+"""The scopes of a plant, and the one check of rights that all front ends share."""
 
 from collections.abc import Collection, Container, Iterable, Sequence
 from typing import Final
@@ -55,7 +55,7 @@ class Territory:
                 raise NotPermitted.worded("key.out-of-scope", name=principal.name, address=address)
 
     def _covers(self, principal: Principal, address: str) -> bool:
-        """As `covers`; where an address fits several lines, the caller is told no names of them."""
+        """Do as `covers`; where an address fits several lines, the caller is told no names of them."""
         try:
             return self.covers(principal, address)
         except Ambiguous as error:

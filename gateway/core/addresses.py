@@ -1,4 +1,4 @@
-"""How bodies, groups and robots are addressed: in any case, and answered in one."""
+"""Addresses of bodies, groups and robots: accepted in upper and lower case, and answered in one form."""
 
 from collections.abc import Collection
 from itertools import islice

@@ -13,7 +13,7 @@ class Admission:
         self.revise = self._watch.check
         """See that nothing is written that was admitted before a suspension."""
         self.held_s = self._watch.held_s
-        """For how long the event loop was held until now: others are not late because of that."""
+        """Seconds for which the event loop was held until now: in them no reply counts as late."""
 
     def require(self) -> None:
         """Refuse what comes too late.

@@ -52,7 +52,7 @@ def _tells(head: Alarm, alarm: Alarm, lines: dict[str, str | None]) -> bool:
 
 
 def _rank(alarm: Alarm) -> int:
-    """How near to the cause an alarm is: lines, then what their bodies tell, then what became of moves."""
+    """Rank an alarm by its distance from the cause: lines, then their bodies, then the ends of moves."""
     if alarm.subject.startswith("/lines/"):
         return 0
     return 2 if any(part in alarm.cause for part in _STOP_OR_MOVE) else 1

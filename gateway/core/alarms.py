@@ -109,16 +109,16 @@ class Alarm(Record):
         "it turned out to have had no cause.",
     )
     caller: str = Field(description="The caller in whose name the gateway worked when the alarm came.")
-    request_id: str | None = Field(description="The X-Request-Id of the request behind that.")
-    move_id: str | None = Field(default=None, description="The move it has ended, if it has.")
+    request_id: str | None = Field(description="The X-Request-Id of that caller's request.")
+    move_id: str | None = Field(default=None, description="Id of the move that it has ended, if any.")
     code: str | None = Field(default=None, description="The controller's own error code.")
     manual: str = Field(description="Section of the manual; empty if the alarm is not about a controller.")
     en: AlarmText
     ja: AlarmText
     when_over: PastWords | None = Field(
         default=None,
-        description="Its words once its cause is over, which take the place of `en` and `ja` then; null "
-        "where these stay, or were replaced.",
+        description="Words of the alarm once its cause is over, in the place of `en` and `ja`; null if "
+        "these stay true, or were replaced already.",
     )
     part_of: str | None = Field(
         default=None,

@@ -16,21 +16,24 @@ class BackupError(RestoreError):
 
 
 BAUD = Field(
-    None, description="The speed of its line, where its port tells: 38400 takes a third of the time of 9600."
+    None, description="Baud rate of the line, if its port tells it: 38400 takes a third of the time of 9600."
 )
 LEFT_S = Field(
     None,
-    description="Seconds it takes still: by the line's speed first, then by its own pace; null: unknown.",
+    description="Seconds that it still takes, by the line's speed first, then by its own pace; null if "
+    "unknown.",
 )
 
 
 class Reading(Record):
-    """Something long that is being read, or was."""
+    """A long reading, under way or over."""
 
     id: str
     target: str = Field(description="Path of the body, line or robot that is read.")
     status: Status = "running"
-    controllers: list[str] = Field(description="The bodies, or the robot, it is read from, in their order.")
+    controllers: list[str] = Field(
+        description="Ids of the bodies, or of the robot, that are read, in their order."
+    )
     controller: str | None = Field(
         None, description="The controller that is being read, or was when the reading ended."
     )
@@ -66,7 +69,7 @@ class BackupComparison(Reading):
         "them and the differences out: ask for the record.",
     )
     differences: list[Difference] | None = Field(
-        None, description="Empty where the controllers hold the backup already."
+        None, description="Differences from the backup; empty if the controllers hold it already."
     )
     differing: dict[str, int] | None = Field(None, description=DIFFERING)
     restore_s: float | None = Field(

@@ -17,7 +17,7 @@ class BackupLine(NamedTuple):
     """A line of a section."""
 
     number: int
-    """From 1."""
+    """Number of the line, from 1."""
     text: str
 
 

@@ -21,7 +21,7 @@ class BackupSource(Protocol):
 
     @property
     def address(self) -> str:
-        """Its unique address."""
+        """Unique address of the controller."""
 
     @property
     def baud(self) -> int | None:

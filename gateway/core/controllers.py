@@ -22,9 +22,9 @@ class Controller(Protocol):
     id: str
     line: Any
     jogs: Any
-    """Its `Jogs`."""
+    """Jogs of the controller: its `Jogs`."""
     stops: Any
-    """Its `StopsUnderWay`, with `stop`: the stop is queued before that returns."""
+    """Stops of the controller: its `StopsUnderWay`; its `stop` has queued the stop when it returns."""
 
     @property
     def moving(self) -> bool | None:
@@ -93,7 +93,7 @@ class Controllers(Family, Generic[C]):
         return (Seen(it.line.id, it.id, told.of(it)) for it in self.every())
 
     def move_logs(self) -> Iterator[MoveLog[Any]]:
-        """That of all."""
+        """Logs of the moves of all controllers."""
         yield self.moves.log
 
     def resume(

@@ -29,7 +29,7 @@ class Copies(Generic[X, F]):
         others[said.exchange.frame, said.kind] = said
 
     def forget(self, speaker: int) -> None:
-        """Its fence has passed: no copy of what it has said is on its way any more."""
+        """Forget a speaker's replies: its fence has passed, so no copy of them is on its way any more."""
         self._said.pop(speaker, None)
 
     def could_answer(self, exchange: X, speaker: int, now: float) -> bool:

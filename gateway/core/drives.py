@@ -89,7 +89,7 @@ class DriveNow(Record):
     drive_id: str
     online: bool
     moving: bool | None
-    alarm: int = Field(description="The code of what is wrong with it; 0 where nothing is.")
+    alarm: int = Field(description="Alarm code of the drive; 0 if there is no alarm.")
 
     @classmethod
     def of(cls, drive: "Drive") -> Self:
@@ -110,7 +110,7 @@ class DriveMove(MoveRecord):
 
 
 class DriveStopReport(BilingualReport):
-    """How far the stop of a drive has come."""
+    """Progress of a drive's stop."""
 
     drive_id: str
     state: StopState = "requested"
@@ -136,7 +136,7 @@ class Drive(Target):
         self.kind, self._publish = family.kind, family.site.events.publish
         self.move: DriveMove | None = None
         self.told: Status | None = None
-        """Its last status."""
+        """Last status of the drive; None before the first."""
         self.stops, self.jogs = DriveStops(self), DriveJogs(self)
         line.on_change = self._line_changed
 
@@ -285,11 +285,11 @@ class _DriveStop(Stopping):
         return await self._drive.stands_still()
 
     def reply_count(self) -> int:
-        """All of its line, which is its own."""
+        """Replies on its line, which has no other drive."""
         return int(self._drive.line.counters["replies"])
 
     def why_not(self) -> Sequence[Text]:
-        """It moves, or does not tell."""
+        """Say why standstill is not proved: the drive moves, or does not tell."""
         return [text("stops.motor-not-at-rest")]
 
     def publish(self, what: str) -> None:

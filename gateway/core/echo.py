@@ -19,7 +19,7 @@ UNDER_WAY = 4
 PAUSE_S = (0.25, 1.0)
 """First and longest pause after a frame on a line that echoes; it doubles in between. Stops do not wait."""
 SEEN_WITHIN_S = 1.0
-"""After a stop nothing pauses for this time: whether its motor stands is asked as fast as ever."""
+"""Seconds after a stop in which nothing pauses: whether its motor stands is asked as fast as ever."""
 ECHOING = (
     "what is written comes back as it was; turn off the local echo of the adapter, or look whether sending "
     "and receiving wires are joined"
@@ -28,14 +28,14 @@ ECHOING = (
 
 @dataclass(slots=True)
 class EchoPauses:
-    """How long nothing is written on a line that echoes, in the event loop's time."""
+    """The pauses in which nothing is written on a line that echoes, in the event loop's time."""
 
     echoes: bool = False
     until: float = -inf
-    """Until then only stops are written, and questions that a motor waits for."""
+    """Time until which only stops are written, and questions that a motor waits for."""
     _pause_s: float = PAUSE_S[0]
     _free_until: float = -inf
-    """Until then questions about a stop need not wait."""
+    """Time until which questions about a stop need not wait."""
 
     def begin(self, found: bool, now: float) -> None:
         """Note that the line echoes, or does no longer; a stop may have been sent just before."""
@@ -92,7 +92,7 @@ class Echo(Generic[X]):
             self._is_over()
 
     def passed_over(self) -> None:
-        """Another frame is written: where several have not come back, the line echoes no longer."""
+        """Note that another frame is written: if several have not come back, the line echoes no longer."""
         if sum(map(self._shows_echo, self.written)) > UNDER_WAY:
             self._is_over()
 

@@ -80,7 +80,7 @@ def words_of_error(key: str, facts: Mapping[str, object]) -> tuple[Text, Text]:
 
 
 class NotFound(GatewayError):
-    """There is no such line, body, group, move, scan or command."""
+    """The line, body, group, move, scan or command does not exist."""
 
     kind = "not-found"
     usual_remedy = "Ask for something that there is; the collections list it."

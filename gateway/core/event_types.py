@@ -31,11 +31,11 @@ class Swap(EventData):
     night: str = Field(description="The night of the backup, as YYYY-MM-DD.")
     differing: int = Field(description="Number of settings, and of a robot's positions, that differ.")
     told: list[str] = Field(
-        description="The first five of them, as in the backup and as the controller holds them."
+        description="The first five differences, as in the backup and as the controller holds them."
     )
     certain: bool = Field(
-        description="True where a user comment is another, in which a serial number may stand: then it is "
-        "another controller. Else what was not in flash memory may have been lost."
+        description="True if a user comment differs, which may hold a serial number: then it is another "
+        "controller. Else settings that were not in flash memory may have been lost."
     )
 
 
@@ -50,7 +50,7 @@ class EventType:
     """One type of events."""
 
     name: str
-    """Such as `line.down`; words joined by dots, the subject's kind first."""
+    """Name of the type, such as `line.down`; words joined by dots, the subject's kind first."""
     subject: str
     """The path of what it is about, with its parts in braces; several, where it may be about several."""
     data: type[BaseModel]
@@ -165,11 +165,11 @@ class LineDown(EventData):
 
 
 class LineOwner(EventData):
-    """Which gateway of a plant has a line now, and why."""
+    """The gateway of a plant that has a line now, and the reason."""
 
     reason: str
     owner: str | None = Field(description="Name of the gateway that has the line; null if unknown.")
-    epoch: int = Field(description="The number of take-overs so far, and one.")
+    epoch: int = Field(description="Number of take-overs so far, plus one.")
 
 
 class OrderViolated(EventData):
@@ -205,14 +205,14 @@ EVENTS = "/events"
 class LoopHeld(EventData):
     """For how long the gateway did nothing."""
 
-    seconds: float = Field(description="0.25 at least.")
+    seconds: float = Field(description="Seconds for which the event loop was held, 0.25 at least.")
     cancelled: bool = Field(
         description="True if commands that waited are not sent any more: after more than 2 s."
     )
 
 
 class ShuttingDown(EventData):
-    """How the gateway ends."""
+    """The end of the gateway."""
 
     on_exit: str = Field(description="The configured treatment of motors that move: stop or leave.")
 
@@ -220,7 +220,7 @@ class ShuttingDown(EventData):
 class LeftMoving(EventData):
     """A part that still moves, or is not seen to stand still, when the gateway ends."""
 
-    move_id: str | None = Field(description="Its move, if it has one.")
+    move_id: str | None = Field(description="Id of its move, if it has one.")
     detail: str
 
 

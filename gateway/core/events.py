@@ -77,7 +77,7 @@ class CloudEvent(BaseModel):
     sequence: str = Field(pattern="^[0-9]{12}$")
     """Order of events since the gateway's start, without gaps; sorts as text."""
     cursor: str
-    """Where reading can go on after this event."""
+    """Cursor to go on reading after this event."""
     correlationid: str | None = Field(None, exclude_if=lambda value: value is None)
     """Id of the move, scan or request it belongs to."""
     data: dict[str, Any]
@@ -95,15 +95,15 @@ class Telemetry(BaseModel):
     subject: str
     """`/bodies/LINE.3F` or `/robots/ROBOT/units/1`."""
     time: AwareDatetime
-    """When the controller's answer came."""
+    """Time of the controller's answer."""
     datacontenttype: Literal["application/json"] = "application/json"
     data: dict[str, Any]
     cursor: str
-    """Where reading of events can go on: that of the last event before it."""
+    """Cursor to go on reading events: that of the last event before it."""
 
 
 class Event(NamedTuple):
-    """Something that happened, numbered from 1 within its epoch."""
+    """An event, numbered from 1 within its epoch."""
 
     epoch: str
     number: int
@@ -433,7 +433,7 @@ class EventHub:
         self.take_snapshot: Callable[[Filter, str], Data] | None = None
         """Tells of what is wanted how it is now, with the cursor of the newest event."""
         self.listeners = Observers[[Event]](lambda event: f"event {event.type}")
-        """Called with each event, in this order, before anybody reads it."""
+        """Functions called with each event, in this order, before any client reads it."""
 
     def resume(
         self, epoch: str, earlier: Mapping[str, int], last: int, events: Sequence[tuple[str, str, str]]

@@ -46,7 +46,7 @@ class More(Enum):
 
 @dataclass(eq=False, slots=True)
 class Proof:
-    """That a motion may be written: all it depends on was asked and answered, without a doubt since.
+    """The proof that a motion may be written: all it depends on was asked and answered, with no doubt since.
 
     The question that shows a loss of power is asked last, and the motion follows at once.
     """
@@ -56,7 +56,7 @@ class Proof:
     last: int = 0
     """The number of the frame that asked the last question."""
     holds_until: float = 0.0
-    """When the answer to it would have been overdue."""
+    """Time at which the answer to it would have been overdue."""
 
     def note_asked(self, number: int, deadline: float) -> None:
         """The last question has been put, as far as is known."""
@@ -77,19 +77,19 @@ class Exchange(ABC, Generic[C, F, O]):
     expires_at: float | None = None
     """Time after which it must not be written any more: the latest that a waiter allows."""
     timeout_s: float = 0.5
-    """From the frame's last bit to the reply's deadline."""
+    """Seconds from the frame's last bit to the reply's deadline."""
     repeats: int = 0
     """Times that the session may repeat it, each after a passed fence."""
     rank: int = 0
-    """Within the queue of its target the lower goes first, and of equal ones the first."""
+    """Rank within the queue of its target: the lower goes first, and of equal ones the first."""
     self_identifying: bool = False
-    """Its reply carries a number of its own, so a late one can be taken for nothing else."""
+    """True if its reply carries a number of its own, so that a late one can be taken for nothing else."""
     reply_names: tuple[Hashable, ...] = ()
     """The names its replies may have: only what was said by one of them could be taken for its own."""
     fresh: bool = False
-    """No copy of an earlier reply may be taken for its own."""
+    """True if no copy of an earlier reply may be taken for its own."""
     needs: Proof | None = None
-    """Without this, which has to hold, it is not written."""
+    """Proof that has to hold for it to be written."""
     proves: Proof | None = None
     """Proof whose last part its reply is."""
     on_written: Callable[[float], None] | None = None
@@ -103,7 +103,7 @@ class Exchange(ABC, Generic[C, F, O]):
     number: int = 0
     """The place of its frame among all that were written."""
     due_at: float = 0.0
-    """When its reply, or the next part of it, was expected."""
+    """Time at which its reply, or the next part of it, was expected."""
     deadline: float | None = None
     """Time after which the reply is overdue: `due_at`, later once a part has come; None for any time."""
     doubt: NoReply | None = None
@@ -164,7 +164,7 @@ class Exchange(ABC, Generic[C, F, O]):
         return self.expires_at is not None and self.expires_at <= now
 
     def withdraw(self, reason: GatewayError) -> None:
-        """It is not written, or not again: then what is known is that there was no reply."""
+        """Withdraw it, before it is written or written again: then it is known only that no reply came."""
         self.settle(self.doubt or reason)
 
     def settle(self, outcome: O | GatewayError) -> None:

@@ -54,7 +54,7 @@ class TargetKind:
     """A kind of targets: where they stand among the resources, and the record of their moves."""
 
     path: str
-    """With the names of its parameters, such as `/bodies/{body_id}`."""
+    """Path with the names of its parameters, such as `/bodies/{body_id}`."""
     move: type[MoveRecord] | None = None
     suffix: str = ""
     """Suffix that tells the operations of this place from those of others with the same rows."""
@@ -102,7 +102,7 @@ class Now(Protocol):
 
 
 class Seen(NamedTuple):
-    """Something on a line, as it is known now."""
+    """A part of a line, as it is known now."""
 
     line_id: str
     address: str
@@ -113,9 +113,7 @@ class OwnerInfo(TypedDict):
     """The gateway that has a line which may be taken over."""
 
     gateway: Annotated[str | None, Field(description="Name of the gateway in the plant; null if unknown.")]
-    epoch: Annotated[
-        int, Field(description="The number of take-overs so far, and one; the header Owner-Epoch.")
-    ]
+    epoch: Annotated[int, Field(description="Number of take-overs so far, plus one; the header Owner-Epoch.")]
 
 
 class PortInfo(TypedDict):
@@ -123,7 +121,7 @@ class PortInfo(TypedDict):
 
     # No model: nothing of it comes from outside.
     line_id: str
-    address: Annotated[str, Field(description="The port.")]
+    address: Annotated[str, Field(description="Address of the port.")]
     state: LineState
     down_reason: Annotated[
         str | None,
@@ -142,7 +140,8 @@ class PortInfo(TypedDict):
     ]
     counters: Annotated[dict[str, int], Field(description="Counters of the line since the start.")]
     owner: Annotated[
-        NotRequired[OwnerInfo], Field(description="Only of a line that another gateway may take over.")
+        NotRequired[OwnerInfo],
+        Field(description="Owner of the line; only of a line that another gateway may take over."),
     ]
 
 
@@ -214,7 +213,7 @@ class Registered(ABC):
         return ()
 
     def works(self) -> Mapping[str, DurableJobs[Any]]:
-        """Its long work of which the records outlive the gateway, by names that nothing else has."""
+        """Long work whose records outlive the gateway, by unique names."""
         return {}
 
     def resume(  # noqa: B027  # what has no moves has nothing to take over
@@ -275,7 +274,7 @@ class Family(Registered):
     now: ClassVar[type[Record]]
     """Type in a snapshot of each part that is `seen`; these are the first of `collections`."""
     commands: ClassVar[Sequence[tuple[TargetKind, Row]]]
-    """Its whole command table, by what the commands are addressed to."""
+    """The whole command table, by the targets of the commands."""
     stop_modes: ClassVar[Mapping[Row, StopMode]] = {}
     """The rows that stop all of what they are addressed to."""
     sessions: ClassVar[Mapping[Row, type[Record]]] = {}

@@ -131,15 +131,15 @@ class Fence:
     def __init__(self) -> None:
         self.state = State.IN_STEP
         self.in_step = True
-        """Whether replies can be believed."""
+        """True while replies can be believed."""
         self.query: Any = None
         """The exchange of the fence under way."""
         self.doubts = 0
-        """How often a reply stayed away, could not be understood, or came unasked."""
+        """Replies that stayed away, could not be understood, or came unasked."""
 
     @property
     def tries(self) -> int:
-        """How many fences have failed since the last doubt, or the last change of the witness."""
+        """Number of fences that have failed since the last doubt, or the last change of the witness."""
         return next((states.index(self.state) for states in (_DUE, _ASKED) if self.state in states), 0)
 
     def take(self, event: FenceEvent) -> Action:

@@ -35,11 +35,11 @@ class Gate(Generic[X]):
         return self._stops[target] + (0 if target == self.set_up_target else self._revocations)
 
     def stops(self, target: int) -> int:
-        """How many stops there have been."""
+        """Number of stops of the target so far."""
         return self._stops[target]
 
     def all_stops(self) -> int:
-        """How many stops of anything on the line there have been."""
+        """Number of stops of anything on the line so far."""
         return sum(self._stops.values())
 
     def stop(self, target: int) -> None:

@@ -1,4 +1,4 @@
-"""How long things took, counted by length: cheap enough for every frame."""
+"""Histograms of durations: cheap enough for every frame."""
 
 from bisect import bisect_left
 from collections.abc import Sequence
@@ -22,5 +22,5 @@ class Histogram:
         self.total_s += took_s
 
     def up_to(self) -> list[tuple[float, int]]:
-        """How many took at most each bound; the last is infinite."""
+        """Number of durations up to each bound; the last is infinite."""
         return list(zip((*self._bounds, inf), accumulate(self._counts), strict=True))

@@ -41,21 +41,22 @@ class Jog(Record):
     id: str = Field(default_factory=lambda: secrets.token_hex(8))
     state: JogState = Field(
         "jogging",
-        description="stopping: it is told to stop, and may still move. The others mean that it was seen to "
-        "stand still: ended by request or because it stood still, as at its limit; lost for want of a "
-        "heartbeat; stopped with all that moves there, or at the end of the gateway.",
+        description="`stopping`: it is told to stop, and may still move. `ended`, `lost` and `stopped`: it "
+        "was seen to stand still. `ended`: by request, or by itself as at its limit; `lost`: "
+        "for want of a heartbeat; `stopped`: with all that moves there, or at the end of the "
+        "gateway.",
     )
     ends_as: JogEnd | None = Field(
-        default=None, description="The state that follows when it stands still; null while it jogs."
+        default=None, description="State that follows at standstill; null while it jogs."
     )
     heartbeat_within_ms: int = Field(
-        default=int(HEARTBEAT_S * 1000), description="The next heartbeat has to come within this."
+        default=int(HEARTBEAT_S * 1000), description="Seconds within which the next heartbeat has to come."
     )
     _why_ended: str | None = PrivateAttr(None)
 
     @property
     def why_ended(self) -> str | None:
-        """How it ended without a request: a sentence without subject and full stop; None where it did not."""
+        """Cause of an end without a request: a sentence without subject and full stop; None if unknown."""
         return self._why_ended
 
     def note_end(self, why: str) -> None:
@@ -125,7 +126,7 @@ class JogStep(NamedTuple):
     """One cell of the table."""
 
     state: JogState | None
-    """None: as it began to stop."""
+    """State that follows; None for the end with which it began to stop."""
     action: JogAction
     ends_as: JogEnd | None = None
     """End of the jog, where it is known only now; the first end that comes counts."""
@@ -187,7 +188,7 @@ class Jogs(ABC, Generic[J, T]):
     """The jogs of a family, or of one of its controllers."""
 
     still_within_s: ClassVar[float | None] = None
-    """After this time its end is given as it is; None where `_see_still` has bounds of its own."""
+    """Seconds after which its end is given as it is; None where `_see_still` has bounds of its own."""
 
     def __init__(self, tell: Callable[[str, Jogging[J, T]], object]) -> None:
         self._tell_of = tell

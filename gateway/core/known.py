@@ -21,7 +21,7 @@ class Remembering(Protocol):
 
 
 class FactStore:
-    """By address, each in words of its family."""
+    """Facts by address, each in words of its family."""
 
     def __init__(self) -> None:
         self._facts: dict[str, str] = {}

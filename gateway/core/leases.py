@@ -25,7 +25,7 @@ from protocols.table import Effect
 from protocols.wording import as_given
 
 LONGEST_S: Final = 30.0
-"""No lease lasts longer without being renewed."""
+"""Longest duration of a lease that is not renewed, in seconds."""
 
 WAKE: Final = "the end of a lease"
 
@@ -45,7 +45,7 @@ class Lease(Record):
 
     lease: str = Field(description="Id of the lease.")
     scope: str = Field(description="Address of the leased line, body, group or robot.")
-    covers: list[str] = Field(description="The bodies and robots it is for, or the line.")
+    covers: list[str] = Field(description="Addresses of the leased bodies and robots, or of the line.")
     holder: str = Field(description="The name of the key that took it.")
     ttl_s: float = Field(description="Seconds that the lease lasts after each renewal.")
     expires_in_s: float = Field(description="Seconds that the lease still lasts, unless it is renewed.")

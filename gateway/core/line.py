@@ -77,7 +77,7 @@ class FrameReader(Protocol[W_co]):
 
 @dataclass(slots=True)
 class Owner:
-    """Which gateway has a line, as its ownership tells."""
+    """The gateway that has a line, as its ownership tells."""
 
     stands_by: Callable[[], str | None] = lambda: None
     """Called before each opening: why another gateway has the line; None where this one does."""
@@ -92,13 +92,13 @@ class Wire:
     """When a frame may be written, in the event loop's time."""
 
     free_at: float = 0.0
-    """When the last bit of the last frame leaves."""
+    """Time at which the last bit of the last frame leaves."""
     heard_at: float = 0.0
-    """When bytes came last."""
+    """Time at which bytes last came."""
     stuck_since: float | None = None
-    """Since when the port takes no bytes."""
+    """Time since which the port takes no bytes."""
     held_s: float = 0.0
-    """How long the event loop had been held when that was seen last."""
+    """Seconds for which the event loop had been held at the last look."""
     all_answered: bool = False
     """True if every frame was answered: none of them can wait in the port."""
 
@@ -203,7 +203,7 @@ class PortLoop(ABC):
         self._went_down(why, news=PortNews.END)
 
     async def close(self) -> None:
-        """Cancel what waits, close the port and end all tasks. What was written stays written."""
+        """Cancel what waits, close the port and end all tasks. Bytes that were written stay written."""
         if not self._life.has_ended:
             self._went_down("the gateway is shutting down", news=PortNews.END, level=logging.INFO)
         for task in self._tasks:
@@ -236,13 +236,13 @@ class PortLoop(ABC):
 
     @property
     def state(self) -> LineState:
-        """What the line can do now."""
+        """State of the line now."""
         told = self._life.told
         return LineState.OUT_OF_STEP if told is LineState.READY and not self._in_step() else told
 
     @property
     def trouble(self) -> str | None:
-        """Why the port is not open, or nobody answers on it; None if neither is so."""
+        """Reason for which the port is not open, or no controller answers on it; None if neither is so."""
         return self._life.trouble
 
     @property
@@ -297,7 +297,7 @@ class PortLoop(ABC):
         return True
 
     def is_elsewhere(self) -> bool:
-        """Whether another gateway is known to have the line, and stops what is on it."""
+        """Say whether another gateway is known to have the line, and stops what is on it."""
         return self.owner.other() is not None
 
     def hand_over(self, why: str) -> None:
@@ -305,7 +305,7 @@ class PortLoop(ABC):
         self._went_down(why, news=PortNews.ELSEWHERE)
 
     async def _serve_until_lost(self) -> bool:
-        """Whether the line ever was ready: a port that is lost at once is tried less and less often."""
+        """Serve the port until it is lost; say whether the line was ready. If not, the next try is later."""
         was_ready, fresh = False, True
         while self._open:
             self._attention.clear()
@@ -337,14 +337,14 @@ class PortLoop(ABC):
         self._life.take(PortNews.SET_UP)
 
     def _came_up(self, facts: dict[str, object]) -> None:
-        """Somebody answers and is set up; told once, until the line is down or silent."""
+        """Note that controllers answer and are set up; told once, until the line is down or silent."""
         action = self._life.take(PortNews.ANSWERED)
         if self._open:
             log.info("line %s is up", self.id)
         self._tell_of(action, facts)
 
     def _is_silent(self, why: str, news: PortNews = PortNews.SILENCE) -> None:
-        """Nobody answers: for those who use the line that is as if it were down."""
+        """Note that no controller answers: for users of the line that is as if it were down."""
         if why != self.trouble:
             log.warning("line %s is silent: %s", self.id, why)
         self._tell_of(self._life.take(news, why))
@@ -426,7 +426,7 @@ class PortLoop(ABC):
         self._timer.set(at)
 
     def _note_hold(self, now: float) -> None:
-        """While the loop was held nothing was read: nobody at the far end is late because of that."""
+        """Move all deadlines by the time for which the loop was held: in it no reply could be read."""
         wire, held_s = self._wire, self.admission.held_s(now)
         if held_s > wire.held_s:
             longer_s, wire.held_s = held_s - wire.held_s, held_s
@@ -464,22 +464,22 @@ class LineDriver(PortLoop, Generic[X, W, F]):
         self._session = session
         session.order.on_overtaken = self._was_overtaken
         self._in_order_since = -inf
-        """When replies came last out of order."""
+        """Time at which replies last came out of order."""
         self.gate = session.gate
         """Guards that every frame has to pass."""
         self._new_reader = reader
         self._reader = reader()
         self.intents: Intents[X] | None = None
-        """Where what has an effect is written down first, if anywhere."""
+        """Journal of intents, in which frames with an effect are written down first; None without one."""
         self._promised: dict[asyncio.Future[Any], X] = {}
-        """What somebody waits for."""
+        """Exchanges by the future of a waiter."""
         self._expiry = Timer(self._expire)
         self.turnaround_s = 0.0
         """Mean time from a frame to its reply of late, without the bytes of the reply, in seconds."""
         self._heard_bytes = 0
-        """Since the last frame was written."""
+        """Bytes heard since the last frame was written."""
         self._held_when_heard_s = 0.0
-        """For how long the event loop had been held when a reply was heard last."""
+        """Seconds for which the event loop had been held when a reply was last heard."""
         session.echo.on_change = self._echo_changed
         self._pauses = EchoPauses()
         self.load = session.load
@@ -491,12 +491,12 @@ class LineDriver(PortLoop, Generic[X, W, F]):
 
     @property
     def reply_timeout_s(self) -> float:
-        """How long a reply is waited for, where its command takes no time of its own."""
+        """Seconds to wait for a reply, where its command takes no time of its own."""
         return self._session.reply_timeout_s
 
     @property
     def late_reply_s(self) -> float:
-        """How long after its deadline a reply may still arrive."""
+        """Seconds after its deadline for which a reply may still arrive."""
         return self._session.late_reply_s
 
     def held_since_heard_s(self, now: float) -> float:
@@ -504,7 +504,7 @@ class LineDriver(PortLoop, Generic[X, W, F]):
         return self.admission.held_s(now) - self._held_when_heard_s
 
     def waiting(self) -> dict[str, int]:
-        """How many exchanges wait in each lane."""
+        """Number of exchanges that wait in each lane."""
         return {name: self._session.waiting(lane) for lane, name in _LANES.items()}
 
     def load_percent(self) -> dict[str, float]:

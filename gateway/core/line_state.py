@@ -21,7 +21,7 @@ class LineState(StrEnum):
 
 
 class PortState(Enum):
-    """How far a port has come."""
+    """State of a port."""
 
     DOWN = "down"
     STANDBY = "another gateway has it"
@@ -34,7 +34,7 @@ class PortState(Enum):
 
 
 class PortNews(Enum):
-    """What can happen to it."""
+    """An event at a port."""
 
     OPENED = "the port is open"
     SET_UP = "a set-up begins"
@@ -48,7 +48,7 @@ class PortNews(Enum):
 
 
 class PortAction(Enum):
-    """What is done about it."""
+    """The reaction to it."""
 
     NONE = ""
     TELL_UP = "tell line.up"
@@ -138,7 +138,7 @@ class PortLife:
         self.state = PortState.DOWN
         self.is_open = self.is_set_up = False
         self.why = "not opened yet"
-        """Why the port is closed, or nobody answers; the last reason where neither is so."""
+        """Why the port is closed, or no controller answers; the last reason if neither is so."""
 
     def take(self, news: PortNews, why: str | None = None) -> PortAction:
         """Go on to the next state, and give what is to be done; the reason of an end stays."""
@@ -156,7 +156,7 @@ class PortLife:
 
     @property
     def trouble(self) -> str | None:
-        """Why the port is closed, or nobody answers; None if neither is so."""
+        """Reason for which the port is closed, or no controller answers; None if neither is so."""
         return self.why if self.state in _TROUBLED else None
 
     @property

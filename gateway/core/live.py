@@ -42,7 +42,7 @@ class Live:
         self.last = 0
         """Number of the newest reading."""
         self.demand = asyncio.Event()
-        """Set, and replaced by another, when a client begins or ceases to watch."""
+        """Event that is set, and replaced, when a client begins or ceases to watch."""
         self._epoch, self._source, self._clock = epoch, source, clock
         self._readings: OrderedDict[tuple[str, str], LiveValue] = OrderedDict()
         self._audiences: dict[float, _Audience] = {}
@@ -82,7 +82,7 @@ class Live:
         return found[::-1]
 
     def rate(self, type_: str, subject: str) -> float:
-        """How often a second the most demanding watcher wants a value; 0 where there is none."""
+        """Highest rate in Hz at which a watcher wants a value; 0 without a watcher."""
         if (rate := self._rates.get((type_, subject))) is None:
             rate = max((it.hz for it in self._audiences.values() if it.wants(type_, subject)), default=0.0)
             self._rates[type_, subject] = rate
@@ -151,7 +151,7 @@ class _Audience:
         return any(wanted.passes(type_, subject) for wanted in {it.wanted for it in self.members})
 
     def news(self) -> None:
-        """There is a new reading."""
+        """Note that there is a new reading."""
         if self._timer is None:
             loop = asyncio.get_running_loop()
             gathered_at = loop.time() + min(GATHER / self.hz, LONGEST_GATHER_S)

@@ -12,7 +12,7 @@ LATE_BEAT_S = 0.02
 HELD_S = 0.25
 """A beat later than this is published."""
 SUSPENDED_S = 2.0
-"""After a beat later than this nothing is sent that was asked for before."""
+"""Seconds by which a beat may be late; after a later one no earlier request is sent any more."""
 DOUBT_S = 0.5
 """Seconds of doubt after a suspension.
 
@@ -34,10 +34,10 @@ class LoopWatch:
         """Called with the seconds for which the loop was held, from `HELD_S` on."""
         self._clock = clock
         self._due = inf
-        """When the next beat is due."""
+        """Time at which the next beat is due."""
         self._doubt_until = -inf
         self._beat_at = inf
-        """When the next beat is due on the loop's own clock."""
+        """Time at which the next beat is due, on the loop's own clock."""
         self._held_s = 0.0
         self._timer: asyncio.TimerHandle | None = None
 

@@ -33,7 +33,7 @@ class MoveLog(Generic[M]):
         self._kind: type[M]
         """Type of the records."""
         self._over: dict[str, asyncio.Event] = {}
-        """Set at the end, of those under way alone."""
+        """Events that are set at the end of a move, for those under way alone."""
         self.on_change: Callable[[M], object] = lambda _: None
         """Called with a move that is new or has another status."""
 

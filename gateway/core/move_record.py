@@ -79,7 +79,8 @@ class StartRequest(RequestModel):
     """A move to be started, of a body, a group or a unit."""
 
     validate_only: bool = Field(
-        default=False, description="Only say what would be sent and how long it would take; nothing moves."
+        default=False,
+        description="True to be told what would be sent and how long it would take; nothing moves.",
     )
     start_within_s: float = Field(
         default=START_WITHIN_S,
@@ -107,19 +108,22 @@ class MoveRecord(Record):
     acknowledged_at: datetime | None = None
     ended_at: datetime | None = None
     event_cursor: str = Field(
-        default="", description="Events after this cursor include all later news of the move."
+        default="", description="Cursor after which the events include all later news of the move."
     )
 
 
 class Move(MoveRecord):
     """One move of one body."""
 
-    group_id: str | None = Field(default=None, description="The group it was sent to, if it was.")
+    group_id: str | None = Field(
+        default=None, description="Id of the group that the command was sent to, if any."
+    )
     kind: MoveKind
     end_cause: str | None = Field(
         default=None,
-        description="normal, stall, cw_limit, ccw_limit, ems, stop_command, or several joined by +, as the "
-        "controller says; not_executed, position_mismatch or not_in_position as the gateway found.",
+        description="Cause of the end. By the controller: normal, stall, cw_limit, ccw_limit, ems, "
+        "stop_command, or several joined by +; by the gateway: not_executed, position_mismatch "
+        "or not_in_position.",
     )
     counted_in: CountedIn | None = Field(
         default=None,

@@ -59,7 +59,7 @@ class MoveRuns(ABC, Generic[W, M]):
         """The calls that help where a move did not succeed."""
 
     def _was_sent(self, who: W, move: M) -> None:
-        """Its command is on the wire."""
+        """Note that its command is on the wire."""
 
     def _lose(self, who: W, why: str, /) -> None:
         """Stop following the move: what it has not written yet never is."""

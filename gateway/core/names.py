@@ -32,7 +32,7 @@ class NotKept(GatewayError):
 
 
 class Names:
-    """By the address of what holds the things, and by their numbers; in memory only without a directory."""
+    """Names by the address of the things' holder, and by number; without a directory in memory only."""
 
     def __init__(self) -> None:
         self._names: dict[str, dict[int, str]] = {}

@@ -17,7 +17,7 @@ Run = Callable[..., Awaitable[Any]]
 F = TypeVar("F", bound=Run)
 
 MAX_WAIT_S: Final = 60
-"""No request waits longer for the end of what it has started."""
+"""Longest time in seconds for which a request waits for the end of what it has started."""
 Wait = Annotated[
     float | None,
     Field(
@@ -130,7 +130,7 @@ class Operation:
     stopping: str | None = None
     """Words for an end that was not seen in time, whose `state` is `stopping`."""
     kept_at: str | None = None
-    """Where such records are found again; None: where it was asked for."""
+    """Path at which such records are found again; None for the path of the request."""
     most_bytes: int | None = None
     """The longest request, where it may be longer than others."""
     plain: str | None = None
@@ -223,19 +223,19 @@ class Rows:
         return self._listing("GET", path, right, told)
 
     def post(self, path: str, right: Right, **told: Any) -> Callable[[F], F]:
-        """As `get`, for POST."""
+        """Add an operation as `get` does, for POST."""
         return self._listing("POST", path, right, told)
 
     def put(self, path: str, right: Right, **told: Any) -> Callable[[F], F]:
-        """As `get`, for PUT."""
+        """Add an operation as `get` does, for PUT."""
         return self._listing("PUT", path, right, told)
 
     def patch(self, path: str, right: Right, **told: Any) -> Callable[[F], F]:
-        """As `get`, for PATCH."""
+        """Add an operation as `get` does, for PATCH."""
         return self._listing("PATCH", path, right, told)
 
     def delete(self, path: str, right: Right, **told: Any) -> Callable[[F], F]:
-        """As `get`, for DELETE."""
+        """Add an operation as `get` does, for DELETE."""
         return self._listing("DELETE", path, right, told)
 
     def add(self, verb: Verb, path: str, right: Right, run: Run, **told: Any) -> None:

@@ -5,7 +5,7 @@ from typing import Final
 EXCHANGE_BYTES: Final = 27
 """Bytes of a question and its answer, as a mean over a backup."""
 TURNAROUND_S: Final = 0.004
-"""From the end of a question to its answer, and from that to the next question."""
+"""Seconds from the end of a question to its answer, and from that to the next question."""
 PACED: Final = 50
 """Answers after which the pace says more than the speed of the line."""
 

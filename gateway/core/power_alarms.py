@@ -1,4 +1,4 @@
-"""How the alarms of a loss of power, and of another controller, say that it is certain, or only likely."""
+"""Alarms of a loss of power, and of another controller: certain or only likely."""
 
 from typing import Any, Final
 

@@ -34,14 +34,14 @@ SCALES = Field(
 
 
 class Difference(Record):
-    """Something that a controller holds otherwise than the backup has it."""
+    """A difference between a controller and the backup."""
 
     target: str = Field(description="The body or the robot.")
     section: str
     name: str = Field(description="The setting, position or instruction in words.")
     wanted: str | None = Field(description="Value in the backup; null if it is empty or was never set.")
     held: str | None = Field(description="Value in the controller.")
-    restorable: bool = Field(description="False where no command can bring it back.")
+    restorable: bool = Field(description="False if no command can restore it.")
 
 
 PROGRAM: Final = "program"
@@ -88,7 +88,9 @@ class RestorePlan(Record):
     target: str = Field(description="Path of the body, line or robot that is restored.")
     dry_run: Literal[True] = True
     commands: list[str] = Field(description="The exact commands, in their order.")
-    differences: list[Difference] = Field(description="Empty where the controllers hold the backup already.")
+    differences: list[Difference] = Field(
+        description="Differences from the backup; empty if the controllers hold it already."
+    )
     differing: dict[str, int] = Field(description=DIFFERING)
     scales: list[ScaleDifference] = SCALES
 
@@ -104,7 +106,7 @@ class Restore(Record):
         "is not. `failed`: it could not be read back, or it is not known what flash memory holds.",
     )
     phase: Phase = "comparing"
-    controllers: list[str] = Field(description="The bodies or the robot it writes to.")
+    controllers: list[str] = Field(description="Ids of the bodies, or of the robot, that are written.")
     scales: list[ScaleDifference] = SCALES
     commands: int = Field(0, description="Commands to be written, as far as is known.")
     written: int = Field(0, description="Commands written so far.")
@@ -117,7 +119,7 @@ class Restore(Record):
     )
     power_proved: bool = Field(
         True,
-        description="False where no mark could prove that the power was kept while it was read back: a short "
+        description="False if no mark could prove that the power was kept while it was read back: a short "
         "loss of power may have gone unseen.",
     )
     differences: list[Difference] | None = Field(

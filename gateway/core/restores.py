@@ -70,11 +70,11 @@ class RestoredController(Protocol):
 
     @property
     def address(self) -> str:
-        """Its unique address."""
+        """Unique address of the controller."""
 
     @property
     def scale(self) -> ScaleDifference | None:
-        """How its scale differs from that of the backup, if it does."""
+        """Difference between its scale and that of the backup, if any."""
 
     @property
     def answers(self) -> int | None:
@@ -350,7 +350,7 @@ def _short(record: Restore) -> Restore:
 
 
 class _Ended(NamedTuple):
-    """How the restore of one controller has ended."""
+    """The end of the restore of one controller."""
 
     differences: list[Difference] | None
     error: GatewayError | None

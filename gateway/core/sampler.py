@@ -52,9 +52,9 @@ class Sampler:
         self._line, self._live, self._share = line, live, share
         self._sources = list(sources)
         self._due: dict[LiveSource, float] = {}
-        """When each that is watched is to be asked for."""
+        """Time at which each watched source is to be asked."""
         self._free_at = 0.0
-        """Before that, more would be taken of the line than the share."""
+        """Time before which more than its share of the line would be taken."""
 
     async def run(self) -> None:
         """Ask until cancelled."""

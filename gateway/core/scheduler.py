@@ -82,11 +82,11 @@ class Scheduler(Generic[X]):
         self.locks: dict[int, SequenceLock] = {}
         """The lock of each target, held for a series."""
         self.members: Mapping[int, Iterable[int]] = {}
-        """By target, the others that a frame for it reaches."""
+        """Other targets that a frame for a target reaches."""
         self.first: deque[X] = deque()
         """Exchanges of the set-up, which go before all lanes but stops."""
         self._passed_over: dict[Lane, float] = {}
-        """Since when a lane has had no turn, where people wait for it or a fence has gone ahead."""
+        """Times since which lanes have had no turn, where callers wait in them or a fence has gone ahead."""
 
     def lock(self, target: int) -> SequenceLock:
         """The lock of a target, for series of commands that only stops may divide."""
@@ -97,7 +97,7 @@ class Scheduler(Generic[X]):
         return self.lanes[lane].exchanges()
 
     def waiting(self, lane: Lane) -> int:
-        """How many exchanges wait in a lane."""
+        """Number of exchanges that wait in a lane."""
         turns = self.lanes[lane]
         return sum(map(len, turns.values())) if turns else 0
 

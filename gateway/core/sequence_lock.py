@@ -47,7 +47,7 @@ class SequenceLock:
         self._waiting: dict[Lane, deque[asyncio.Future[None]]] = {lane: deque() for lane in Lane}
 
     def waiting(self, lane: Lane) -> int:
-        """How many wait in a lane."""
+        """Number of tasks that wait in a lane."""
         return len(self._waiting[lane])
 
     @asynccontextmanager

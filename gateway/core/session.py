@@ -69,7 +69,7 @@ class OnWire(list[X], Generic[X]):
         self.first: X | None = None
         """The one for which all but stops have to wait."""
         self.written = 0
-        """How many frames were written."""
+        """Number of frames that were written."""
         self.all_answered = False
         """True when the reply to the last frame has come, where every frame has one."""
 
@@ -118,7 +118,7 @@ class Session(ABC, Generic[X, F]):
         self.counters: Counter[str] = Counter()
         self.load = Load()
         self.strict = False
-        """Whether a fence has to prove that the reply to a command was the last."""
+        """True if a fence has to prove that the reply to a command was the last."""
         self.on_stray: Callable[[F], None] = lambda _: None
         """Called with a reply that comes without a question."""
         self.on_silence: Callable[[], None] = lambda: None
@@ -133,12 +133,12 @@ class Session(ABC, Generic[X, F]):
 
     @property
     def reply_timeout_s(self) -> float:
-        """How long a reply is waited for, where its command takes no time of its own."""
+        """Seconds to wait for a reply, where its command takes no time of its own."""
         return self._terms.reply_timeout_s
 
     @property
     def late_reply_s(self) -> float:
-        """How long after its deadline a reply may still arrive."""
+        """Seconds after its deadline for which a reply may still arrive."""
         return self._terms.late_reply_s
 
     @property
@@ -153,7 +153,7 @@ class Session(ABC, Generic[X, F]):
 
     @property
     def doubts(self) -> int:
-        """How often a reply stayed away, could not be understood, or came unasked."""
+        """Replies that stayed away, could not be understood, or came unasked."""
         return self._fence.doubts
 
     # what a family adds
@@ -223,10 +223,10 @@ class Session(ABC, Generic[X, F]):
         self.note_reply(exchange, frame, now)
 
     def fence_passed(self, fence: X) -> None:
-        """No reply to what was written before it is on its way any more."""
+        """Note that no reply to an earlier frame is on its way any more."""
 
     def was_missed(self, exchange: X, now: float) -> None:
-        """No reply came in time."""
+        """Note that no reply came in time."""
 
     # what goes next
 
@@ -263,7 +263,7 @@ class Session(ABC, Generic[X, F]):
         self.scheduler.first.append(exchange)
 
     def waiting(self, lane: Lane) -> int:
-        """How many exchanges of a lane wait to be written."""
+        """Number of exchanges of a lane that wait to be written."""
         urgent = sum(it.lane is lane for it in self.scheduler.first) if self.scheduler.first else 0
         return urgent + self.scheduler.waiting(lane)
 
@@ -272,7 +272,7 @@ class Session(ABC, Generic[X, F]):
         return self.scheduler.lock(target)
 
     def has_something(self) -> bool:
-        """Whether anything could go; asked first, because it costs less than asking the port."""
+        """Say whether anything could go; asked first, because it costs less than asking the port."""
         if self._sent.first is not None:
             return any(self.scheduler.stops)
         return any(self.scheduler.lanes) or bool(self.scheduler.first) or not self._fence.in_step
@@ -362,7 +362,7 @@ class Session(ABC, Generic[X, F]):
             exchange.on_written(now)
 
     def holds(self, proof: Proof, now: float) -> bool:
-        """Whether a motion may be written that follows the last question of its proof."""
+        """Say whether a motion may be written that follows the last question of its proof."""
         return proof.doubts == self.doubts and proof.last == self._sent.written and now < proof.holds_until
 
     # what comes back

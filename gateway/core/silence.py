@@ -1,4 +1,4 @@
-"""How long a body has been silent in the middle of a move, and how long it could not be asked at all."""
+"""Silence of a body in the middle of a move, and the time for which it could not be asked at all."""
 
 from gateway.core.move_record import LOST_AFTER_S
 
@@ -15,7 +15,7 @@ class Silence:
 
     def __init__(self, now: float, longest_s: float) -> None:
         self._longest_s = longest_s
-        """No question counts for longer."""
+        """Longest time in seconds for which a question counts."""
         self._counted_until = now
         self.silent_s = 0.0
         self.out_of_reach_s = 0.0
@@ -26,7 +26,7 @@ class Silence:
         self.silent_s = self.out_of_reach_s = 0.0
 
     def unanswered(self, now: float, *, silent: bool) -> None:
-        """It has not: because it is silent, or because it could not be asked."""
+        """Note that it has not answered: because it is silent, or because it could not be asked."""
         passed_s = min(now - self._counted_until, self._longest_s)
         self._counted_until = now
         if silent:

@@ -1,4 +1,4 @@
-"""How addresses are written: the command line knows that, too, and loads nothing else for it."""
+"""The spelling of addresses, for the command line as well, which loads nothing else for it."""
 
 import re
 

@@ -23,10 +23,10 @@ StopState = Literal["requested", "sent", "acknowledged", "refused", "confirmed",
 REPEAT_S = 0.1
 """A stop is repeated this often until standstill is proved."""
 HURRY_S = 60.0
-"""After this time it is repeated only every `REPEAT_SLOWLY_S`, which leaves others their time."""
+"""Seconds after which a stop is repeated only every `REPEAT_SLOWLY_S`, which leaves others their time."""
 REPEAT_SLOWLY_S = 1.0
 CONFIRM_WITHIN_S = 2.0
-"""After this time without standstill an event calls for the hardware stop; the stop is still repeated."""
+"""Seconds without standstill until an event calls for the hardware stop; the stop is still repeated."""
 PROVED_WITHIN_S = 1.0
 """A motor that tells that it runs has this time from when its ramp can be over, if that is later."""
 RAMP_ASKED_AFTER_S = 1.5
@@ -38,7 +38,7 @@ CLOCK_S = 0.001
 
 
 class StopNews(Enum):
-    """What can happen to a stop."""
+    """An event for a stop."""
 
     WRITTEN = "it is on the wire"
     NOT_SENT = "it cannot be put on the wire"
@@ -49,7 +49,7 @@ class StopNews(Enum):
 
 
 class StopAction(Enum):
-    """What is done about it."""
+    """The reaction to it."""
 
     NONE = ""
     RAMP = "its ramp begins"
@@ -87,7 +87,7 @@ TABLE: Final[Mapping[StopState, Mapping[StopNews, StopStep]]] = {
 
 
 class HardwareCall(Enum):
-    """Whether people are called to the hardware stop."""
+    """The call of people to the hardware stop."""
 
     NOT_YET = "not called for"
     AMID_PROOF = "called for, amid a proof"
@@ -96,7 +96,7 @@ class HardwareCall(Enum):
 
 
 class CallNews(Enum):
-    """What can happen to that call."""
+    """An event for that call."""
 
     LATE = "no standstill in time"
     UNPROVED = "the proof under way fails"
@@ -104,7 +104,7 @@ class CallNews(Enum):
 
 
 class CallAction(Enum):
-    """What is done about it."""
+    """The reaction to it."""
 
     NONE = ""
     CALL = "tell stop.unconfirmed"
@@ -143,7 +143,7 @@ def standstill_unknown(what: Text, error: GatewayError) -> Text:
 
 
 class Report(Protocol):
-    """How far a stop has come, as people are told."""
+    """Progress of a stop, as people are told."""
 
     state: StopState
     detail: str | None
@@ -182,10 +182,10 @@ class Stopping(ABC):
         self._report = report
         self._began_at = asyncio.get_running_loop().time()
         self._held_s = held_s
-        """For how long the event loop was held until a time of its clock."""
+        """Gives the seconds for which the event loop was held until a time of its clock."""
         self._held_before_s = held_s(self._began_at)
         self._taken_s = 0.0
-        """Its age when its controller took it."""
+        """Age of the stop when its controller took it, in seconds."""
         self._ramp_s: float | None = None
         """Seconds that its ramp may take by the controller's settings; None if unknown."""
         self._repeated_at = self._began_at
@@ -231,14 +231,14 @@ class Stopping(ABC):
         return False
 
     def asks_for_s(self) -> float:
-        """How long its controller may take to tell how long the ramp takes; 0 where it is not asked now."""
+        """Seconds that its controller may take to tell the length of the ramp; 0 if it is not asked now."""
         return 0.0
 
     # time
 
     @property
     def waited_s(self) -> float:
-        """How long it has been under way, without the time in which the gateway itself was held up."""
+        """Seconds for which it has been under way, without the time for which the gateway was held up."""
         now = asyncio.get_running_loop().time()
         return now - self._began_at - (self._held_s(now) - self._held_before_s)
 
@@ -248,7 +248,7 @@ class Stopping(ABC):
 
     @property
     def due_s(self) -> float:
-        """Its age when its motor is to stand: silence is no ramp."""
+        """Age in seconds at which its motor is to stand: silence is no ramp."""
         if not self.tells_of_motion():
             return CONFIRM_WITHIN_S
         if self._ramp_s is None:
@@ -317,7 +317,7 @@ class Stopping(ABC):
         return proof.result()
 
     def pause_s(self, took_s: float = 0.0) -> float:
-        """How long to wait after an attempt; in the long run at least as long as the attempt has taken."""
+        """Seconds to wait after an attempt; in the long run at least as long as the attempt has taken."""
         hurries = asyncio.get_running_loop().time() - self._began_at < HURRY_S
         return REPEAT_S if hurries else max(REPEAT_SLOWLY_S - took_s, took_s)
 
@@ -335,7 +335,7 @@ class Stopping(ABC):
         return False
 
     def may_still_be_asked(self) -> bool:
-        """Whether it is too early to say how far it has come; a long ramp is not waited for."""
+        """Say whether it is too early to report on the stop; a long ramp is not waited for."""
         return not self._is_overdue and not self._takes_long() and self.has_had_no_turn()
 
     def _takes_long(self) -> bool:
@@ -375,7 +375,7 @@ class Stopping(ABC):
         return self._call is not HardwareCall.NOT_YET
 
     def note_written(self, _: float) -> None:
-        """It is on the wire."""
+        """Note that the stop is on the wire."""
         self._trouble = None
         self._take(StopNews.WRITTEN)
 
@@ -392,7 +392,7 @@ class Stopping(ABC):
             self.tell()
 
     def calls_for_hardware(self) -> bool:
-        """Whether the software stop may not be enough."""
+        """Say whether the software stop may not be enough."""
         return self._is_overdue
 
     def tell(self) -> None:

@@ -24,7 +24,7 @@ class Weakness(NamedTuple):
     """A setting that protects less than its default."""
 
     setting: str
-    """Where it stands in the configuration."""
+    """Name of the setting in the configuration."""
     value: object
     meaning: str
     """The risk of the setting, in one sentence."""
@@ -98,7 +98,7 @@ class LineTable(Table):
     owners: Array[Slug] = ()
     """Gateways of the plant that may have it: the first opens it, the others may take it over."""
     reply_timeout_s: float = Field(0.5, gt=0, le=60)
-    """From a command's last byte to the deadline of its reply; flash commands are given longer."""
+    """Seconds from a command's last byte to the deadline of its reply; flash commands are given longer."""
     late_reply_s: float = Field(2.0, ge=0, le=60)
     """Seconds after its deadline for which a reply may still arrive."""
     poll_interval_s: float = Field(0.2, ge=0.01, le=60)
@@ -119,7 +119,7 @@ class LineTable(Table):
         return self.protocol
 
     def weakened(self) -> Iterable[Weakness]:
-        """Which of its defaults were weakened."""
+        """Defaults of the line that were weakened."""
         return ()
 
     def unique_ids(self) -> Mapping[KeyPath, str]:
@@ -132,7 +132,7 @@ class Made(Protocol):
 
     @property
     def id(self) -> str:
-        """By what it is found, among all ids."""
+        """Id, among those of all parts."""
 
     @property
     def line(self) -> str:

@@ -27,7 +27,7 @@ class CommandReplies:
 
     replies: Sequence[Reply]
     at: float | None = None
-    """When the first one came, on the event loop's clock; None where that means nothing."""
+    """Time of the first reply, on the event loop's clock; None where that means nothing."""
     listed: bool = False
     """True if there may be any number of replies."""
     texts: Sequence[str] = ()
@@ -47,7 +47,7 @@ class BegunMoves:
     """The moves of a command: one for each member of a group, else one."""
 
     path: str
-    """Where the target stands, such as `/bodies/line1.3F`."""
+    """Path of the target, such as `/bodies/line1.3F`."""
     moves: Sequence[MoveRecord]
     group_id: str | None = None
 
@@ -62,7 +62,7 @@ class Opened:
 
 @dataclass(frozen=True)
 class Stopped:
-    """How far stops have come, after two seconds at most; by what was stopped: `bodies`, `robots`."""
+    """Progress of stops, after two seconds at most, by the kind of part: `bodies`, `robots`."""
 
     reports: Mapping[str, Sequence[Report]]
 
@@ -101,9 +101,9 @@ class Target(ABC):
     """A body, a group, a unit or a robot, as the operations see it."""
 
     address: str
-    """Its unique address, such as `line1.3F`."""
+    """Unique address, such as `line1.3F`."""
     path: str
-    """Where it stands among all resources: also the subject of its events."""
+    """Path among all resources, which is also the subject of its events."""
     log: MoveLog[Any]
     """The moves that its family remembers."""
     stop_modes: ClassVar[Mapping[type[AnyCommand], StopMode]] = {}

@@ -14,7 +14,7 @@ class FrameSubject(NamedTuple):
     """The subject of a frame."""
 
     address: bytes
-    """To or from where it goes; replies have that of their command."""
+    """Address of the frame's receiver or sender; replies have that of their command."""
     bodies: frozenset[int] = frozenset()
 
 

@@ -19,7 +19,7 @@ class Trajectory(Generic[P]):
 
     def __init__(self, began_at: datetime, at: float, place: P) -> None:
         self.began_at = began_at
-        """When the command was written."""
+        """Time at which the command was written."""
         self._began_at = at
         self._kept: list[tuple[float, P]] = [(0.0, place)]
         self._last: tuple[float, P] | None = None

@@ -1,4 +1,4 @@
-"""Which assumptions about real hardware were tried on a line: read from the report of its commissioning."""
+"""Assumptions about real hardware that were tried on a line, from the report of its commissioning."""
 
 import json
 from collections.abc import Sequence

@@ -57,7 +57,7 @@ class Turns:
         self._due.pop(whose, None)
 
     def news(self) -> None:
-        """Something has happened."""
+        """Note that there is news."""
         if self._waiting:
             self._new = True
             self._go_on()

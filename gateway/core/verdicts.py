@@ -32,7 +32,7 @@ class Unwatched(Flag):
     FAULT = auto()
     """The gateway has met a fault of its own."""
     OTHER_MEMBERS = auto()
-    """After a restart, other bodies belong to who moves."""
+    """Changed membership: after a restart, other bodies belong to the moving part."""
 
 
 class PowerCycle(Flag):
@@ -108,7 +108,7 @@ class Stop(Flag):
 
 
 class Begun(Flag):
-    """How it is known that the command was executed."""
+    """The evidence that the command was executed."""
 
     SEEN = auto()
     """Acknowledged and ended, or seen to run."""
@@ -127,16 +127,16 @@ class Place(Flag):
 
     TARGET = auto()
     TARGET_AS_BEFORE = auto()
-    """At its target, which is where it stood before."""
+    """The target, which is the start, too."""
     TARGET_PERHAPS = auto()
     """Near its target and near its start, so that roundings hide whether it went."""
     START = auto()
-    """Where it stood before, which is not its target."""
+    """The start, which is not the target."""
     ELSEWHERE = auto()
     WITHOUT_TARGET = auto()
-    """No target could be known beforehand, and no place contradicts the end."""
+    """A place without a target that could be known beforehand; it does not contradict the end."""
     UNKNOWN = auto()
-    """No place is known that would prove anything."""
+    """An unknown place, or one that proves nothing."""
 
 
 class Unseen(NamedTuple):
@@ -170,7 +170,7 @@ class Judged(Protocol):
 
 
 class Verdict(NamedTuple):
-    """How a move is over."""
+    """The end of a move, with its cause, error, remedy and evidence."""
 
     status: MoveStatus
     end_cause: str | None
@@ -254,7 +254,7 @@ _ANY_BEGUN: Final = ~Begun(0)
 _ANY_PLACE: Final = ~Place(0)
 _AT_TARGET: Final = Place.TARGET | Place.TARGET_AS_BEFORE
 _OFF_TARGET: Final = Place.START | Place.ELSEWHERE | Place.WITHOUT_TARGET | Place.UNKNOWN
-"""Where a stop, or another command, explains why it stands there."""
+"""Places off the target, which a stop or another command explains."""
 _NOWHERE: Final = Place.WITHOUT_TARGET | Place.UNKNOWN
 _EXECUTED: Final = ~Begun.IN_DOUBT
 _PERHAPS_KEPT: Final = Power.KEPT | Power.UNPROVED
@@ -360,7 +360,7 @@ def _told(told: Told, stop: Stop = _ANY_STOP) -> AtRest:
 
 
 def _stands(place: Place, begun: Begun, power: Power = _PERHAPS_KEPT, stop: Stop = _ANY_STOP) -> AtRest:
-    """It is judged by its place, as the controller tells nothing."""
+    """Find a standstill of which the controller tells nothing else: the place decides."""
     return AtRest(Told.NOTHING, power, stop, begun, place)
 
 

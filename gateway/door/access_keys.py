@@ -48,7 +48,7 @@ class NewKey(
         default=None,
         min_length=1,
         max_length=200,
-        description="The addresses of lines, bodies, groups and robots that it is for; left out: all.",
+        description="Addresses of the lines, bodies, groups and robots that the key is for; left out: all.",
     )
     expires_s: float | None = Field(
         default=None,
@@ -59,10 +59,10 @@ class NewKey(
 
 
 class Rotation(RequestModel, json_schema_extra=example(overlap_s=604_800)):
-    """How a key is rotated."""
+    """The rotation of a key."""
 
     overlap_s: float = Field(
-        default=OVERLAP_S, ge=0, le=LONGEST_S, description="Seconds for which the old key is good yet."
+        default=OVERLAP_S, ge=0, le=LONGEST_S, description="Seconds for which the old key stays good."
     )
 
 
@@ -92,7 +92,7 @@ async def list_keys(plant: Plant) -> KeyList:
 
 @ROWS.post("/access/keys", Right.ADMIN, result=MadeKey, opens=True)
 async def make_key(plant: Plant, new: NewKey) -> Opened:
-    """Make a key and tell it once. The header Idempotency-Key is refused: it would have the secret kept."""
+    """Make a key and tell it once. The header Idempotency-Key is refused: it would store the secret."""
     keys = _managed(plant)
     by = current().name
     try:
@@ -128,7 +128,7 @@ async def rotate_key(plant: Plant, name: KeyName, rotation: Rotation) -> Opened:
 
 @ROWS.post("/access/keys/{name}/approve", Right.ADMIN, whole_plant=True)
 async def approve_key(plant: Plant, name: KeyName) -> KeyInfo:
-    """Let a key of an admin be good that another admin has made (`access.four_eyes`)."""
+    """Approve a key of an admin that another admin has made (`access.four_eyes`)."""
     keys = _managed(plant)
     await _require(keys, name, "waiting")
     try:
@@ -145,7 +145,7 @@ async def approve_key(plant: Plant, name: KeyName) -> KeyInfo:
 
 @ROWS.delete("/access/keys/{name}", Right.ADMIN, whole_plant=True)
 async def revoke_key(plant: Plant, name: KeyName) -> KeyInfo:
-    """Let a key never be used again: its next request is refused, and its event streams end within 5 s."""
+    """Revoke a key: its next request is refused, and its event streams end within 5 s."""
     keys = _managed(plant)
     if name == current().name:
         raise NotAllowed(
@@ -217,7 +217,7 @@ class SessionList(BaseModel):
 
 @SESSIONS.get("/access/sessions", Right.ADMIN)
 async def list_sessions(plant: Plant) -> SessionList:
-    """List who has signed in with a browser, from where, and when the session was last used."""
+    """List the sessions of browsers: the key, the address, and the time of the last use."""
     return SessionList(sessions=list(plant.sessions.all()))
 
 

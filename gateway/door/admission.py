@@ -57,7 +57,7 @@ class AuthorizedRequest:
         """Begin."""
 
     def __exit__(self, *_: object) -> None:
-        """It is answered."""
+        """End, with the answer."""
 
 
 class CallersPassage(AuthorizedRequest):
@@ -122,9 +122,9 @@ class AccessCheck:
         self.sign_ins = Rates(SIGN_INS_AT_ONCE, SIGN_INS_PER_S)
         """Rates of sign-ins by key."""
         self.wrong_sign_ins = Rates(WRONG_SIGN_INS_AT_ONCE, WRONG_SIGN_INS_PER_S)
-        """From each network address."""
+        """Rates of wrong sign-ins by network address."""
         self._tickets_given = Rates(TICKETS_AT_ONCE, TICKETS_PER_S)
-        """To each key, and to each network address."""
+        """Rates of tickets by key, and by network address."""
 
     def let_in(
         self, grant: Grant, origin: Origin, right: Right, use: Use, targets: Sequence[str] | None
@@ -187,7 +187,7 @@ class AccessCheck:
     def note_refusal(
         self, target: str, error: NotAuthenticated | NotPermitted, name_of: Callable[[], str | None]
     ) -> None:
-        """Write a refusal into the security log, but for those who have shown nothing."""
+        """Write a refusal into the security log, unless the caller has shown no credential."""
         do_each("the security log", partial(self._note, target, error, name_of))
 
     def _note(

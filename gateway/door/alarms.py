@@ -31,11 +31,11 @@ async def list_alarms(
     plant: Plant,
     *,
     standing: Annotated[
-        bool | None, Field(description="Only those that stand, or only those that were reset.")
+        bool | None, Field(description="True for standing alarms only, false for those that were reset only.")
     ] = None,
     limit: Annotated[int, Field(ge=1, le=2000)] = 100,
 ) -> AlarmList:
-    """List alarms over restarts: what has happened, what the motor did, and the calls that help."""
+    """List alarms, over restarts: the event, the motor's reaction, and the calls that help."""
     found = listed(plant, standing=standing)
     return AlarmList(alarms=[alarm for alarm in found if _is_seen(plant, alarm)][:limit])
 

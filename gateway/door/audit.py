@@ -40,7 +40,7 @@ class Deed(Record):
         description="Address of the body, group or robot: line1.3F, line1.80 for a group, r1."
     )
     command: str = Field(description="The row of the command table.")
-    effect: str = Field(description="motion, stop, setting or maintenance.")
+    effect: str = Field(description="Effect of the command: motion, stop, setting or maintenance.")
     frame: str = Field(description="The exact bytes for the controller.")
     moves: list[str] = Field(description="Ids of the moves that the command was to make.")
     written_at: datetime | None = Field(
@@ -50,7 +50,8 @@ class Deed(Record):
         description="Time at which the outcome was known; null while it is not."
     )
     outcome: str | None = Field(
-        description="answered, refusal, failure, not_sent, or unknown: it may have been executed or not."
+        description="Outcome: answered, refusal, failure, not_sent, or unknown: it may have been executed "
+        "or not."
     )
     detail: str | None = Field(
         description="Reason for which it was not carried out, or the controller's error."
@@ -64,7 +65,7 @@ def _before(mark: str) -> str:
 
 @dataclass(frozen=True)
 class AuditFilter:
-    """Which deeds; what is None does not matter."""
+    """The actions to list; a criterion that is None does not count."""
 
     caller: str | None = None
     """A part of the caller's name."""
@@ -73,7 +74,7 @@ class AuditFilter:
     since: datetime | None = None
     until: datetime | None = None
     before: str | None = None
-    """Only those before the deed of this id."""
+    """Id of the action before which the page ends."""
 
     def condition(self) -> tuple[str, list[Value]]:
         """Give the condition in SQL, with its values."""
@@ -139,10 +140,12 @@ def _utc(at: float | None) -> datetime | None:
 
 
 class Audit(BaseModel):
-    """Deeds, the newest first."""
+    """Actions, the newest first."""
 
     deeds: list[Deed]
-    cursor: str | None = Field(description="Give it as `cursor` for older ones; null where there are none.")
+    cursor: str | None = Field(
+        description="Cursor of the next page, with older actions; null if there is none."
+    )
 
 
 @ROWS.get("/audit", any_scope=True)
@@ -150,20 +153,20 @@ async def list_deeds(
     plant: Plant,
     *,
     caller: Annotated[
-        str | None, Field(description="Only those of callers whose name has this in it.")
+        str | None, Field(description="Only actions of callers whose name contains this.")
     ] = None,
     target: Annotated[
         str | None,
-        Field(description="Only those for this body or group with its line, or robot: arm.3F, r1."),
+        Field(description="Only actions on this body or group with its line, or robot: arm.3F, r1."),
     ] = None,
-    since: Annotated[AwareDatetime | None, Field(description="Only those not before this time.")] = None,
-    until: Annotated[AwareDatetime | None, Field(description="Only those before this time.")] = None,
+    since: Annotated[AwareDatetime | None, Field(description="Only actions at or after this time.")] = None,
+    until: Annotated[AwareDatetime | None, Field(description="Only actions before this time.")] = None,
     cursor: Annotated[
-        str | None, Field(pattern="^[0-9a-f]{20}$", description="Only those older than this cursor.")
+        str | None, Field(pattern="^[0-9a-f]{20}$", description="Only actions older than this cursor.")
     ] = None,
     limit: Annotated[int, Field(ge=1, le=1000)] = 100,
 ) -> Audit:
-    """List all that had an effect, or was to have one, over restarts: caller, target, command and outcome.
+    """List actions with an effect, over restarts: caller, target, command and outcome.
 
     A key with a scope names a target in it.
     """

@@ -165,7 +165,7 @@ class ComparisonRequest(RequestModel):
 
     backup: str | None = Field(None, description="The text of a backup; comments after `;` mean nothing.")
     nightly: Literal["last"] | Night | None = Field(
-        None, description="Instead of `backup` the one that was read by night: the last, or that of a date."
+        None, description="Night of a kept backup to be used in the place of `backup`: the last, or a date."
     )
 
     @model_validator(mode="after")
@@ -179,9 +179,11 @@ class RestoreRequest(ComparisonRequest):
     """A backup to be restored. A section that it does not have is left as it is."""
 
     dry_run: bool = Field(
-        False, description="Tell what would be written and what differs, and write nothing."
+        False, description="True to be told what would be written and what differs; nothing is written."
     )
-    flash: bool = Field(False, description="Write it to flash memory, too, once it was read back.")
+    flash: bool = Field(
+        False, description="True to write the settings to flash memory, too, once they were read back."
+    )
     power_cycle: bool = Field(
         False, description="True to wait, with `flash`, until the power was off and on, and compare again."
     )

@@ -42,13 +42,13 @@ FamilyName = Annotated[Family | None, Field(description="Only the commands of on
 
 @ROWS.get("/commands", any_scope=True, by_hand="the tables are written once, and answered with their tag")
 async def list_commands(*, family: FamilyName = None) -> CommandList:
-    """List every command that controllers and robots know."""
+    """List all commands of controllers and robots."""
     return tables_of(*(_TABLES if family is None else (family,)))
 
 
 @ROWS.get("/translations", any_scope=True)
 async def list_translations() -> Translations:
-    """Give in other languages what the gateway says in English only: hints of parameters, reasons, notes."""
+    """Give translations of texts that the gateway has in English only: hints, reasons, notes."""
     return Translations(ja=dict(catalogue("sentences.ja")))
 
 

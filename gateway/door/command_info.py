@@ -14,7 +14,7 @@ class CommandInfoBase(BaseModel):
     code: str = Field(
         description="The three characters of the command; empty where a macro's name takes their place."
     )
-    name: str = Field(description="The last part of its route, .../commands/NAME.")
+    name: str = Field(description="Name of the command, the last part of its route .../commands/NAME.")
     title_ja: str
     title_en: str
     parameters: dict[str, Any] = Field(description="JSON Schema of the request body.")

@@ -152,18 +152,18 @@ def _unusable(error: ConfigError, remedy: str = "Mend the file, then reload it."
 
 
 class ReloadRequest(RequestModel, json_schema_extra=example(dry_run=True)):
-    """How to read the configuration again."""
+    """Options for reading the configuration again."""
 
-    dry_run: bool = Field(default=False, description="Tell what would change, and change nothing.")
+    dry_run: bool = Field(default=False, description="True to be told what would change; nothing is changed.")
 
 
 class NewTable(ReloadRequest):
-    """Something to be served, too, and written into the configuration file."""
+    """A table to be served, and written into the configuration file."""
 
     comment: str = Field(
         default="",
         max_length=1000,
-        description="Stands above it in the file, after when it was added and who asked for it.",
+        description="Comment for the file, above the table and behind the time and the caller.",
     )
 
 
@@ -205,7 +205,7 @@ async def reload_configuration(plant: Plant, how: ReloadRequest = AT_ONCE) -> Re
 async def add_line(plant: Plant, new: NewLine) -> Reloaded:
     """Write one more line with its bodies or its robot into the configuration file, and serve it.
 
-    A scan of ports gives the line of who is found there. The file keeps its comments.
+    A scan of ports gives the line of each controller that it finds. The file keeps its comments.
     """
     return await with_line(plant, new.line, comment=new.comment, dry_run=new.dry_run)
 

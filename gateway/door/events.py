@@ -66,8 +66,8 @@ Sample = Annotated[
 Snapshot = Annotated[
     bool,
     Field(
-        description="Begin with a stream.snapshot: all that is known now of what is wanted. Later events up "
-        "to its `as_of` are in it already."
+        description="True to begin with a stream.snapshot, the present state of all wanted parts. It "
+        "includes the events up to its `as_of`."
     ),
 ]
 
@@ -85,7 +85,7 @@ async def list_events(
     limit: Limit = 100,
     sample: Sample = None,
 ) -> Written:
-    """List what has happened after a cursor, or from the oldest event that is kept.
+    """List events after a cursor, or from the oldest event that is kept.
 
     Ask again after the answer's `cursor` to go on. The event `stream.gap` stands for events no longer kept.
     With `sample` the values that are watched follow the events, as read within a second.

@@ -45,7 +45,7 @@ class RequestKey(NamedTuple):
 
     @property
     def caller(self) -> str:
-        """Its owner: the first word of the scope."""
+        """The caller: the first word of the scope."""
         return self.scope.partition(" ")[0]
 
     @property

@@ -37,14 +37,14 @@ class LeaseRequest(RequestModel, json_schema_extra=example(scope="line1.3F", ttl
 
 
 class LeaseList(BaseModel):
-    """All leases that last."""
+    """All present leases."""
 
     leases: list[Lease]
 
 
 @ROWS.get("/leases", any_scope=True)
 async def list_leases(plant: Plant) -> LeaseList:
-    """List who has leased what; a key with a scope sees those within it."""
+    """List leases with their holders; a key with a scope sees those within it."""
     return LeaseList(leases=[lease for lease in plant.leases.all() if sees(plant, lease.scope)])
 
 
@@ -68,7 +68,7 @@ async def take_lease(plant: Plant, lease: LeaseRequest) -> Opened:
 
 @ROWS.get("/leases/{lease_id}", any_scope=True)
 async def get_lease(plant: Plant, lease_id: LeaseId) -> Lease:
-    """Tell who has a lease, and for how long."""
+    """Get a lease: its holder, and the time for which it lasts."""
     lease = plant.leases.get(lease_id)
     require(plant, Right.VIEW, lease.scope)
     return lease
@@ -76,7 +76,7 @@ async def get_lease(plant: Plant, lease_id: LeaseId) -> Lease:
 
 @ROWS.post("/leases/{lease_id}/renew", Right.OPERATE, any_scope=True, leased=False)
 async def renew_lease(plant: Plant, lease_id: LeaseId) -> Taken:
-    """Let a lease last for its whole time from now on; its token stands in the header Lease-Token."""
+    """Renew a lease for its whole time from now on; the header Lease-Token shows its token."""
     require(plant, Right.OPERATE, plant.leases.get(lease_id).scope, leased=False)
     return plant.leases.renew(lease_id, claim())
 

@@ -44,9 +44,10 @@ async def get_line(plant: Plant, line_id: LineId) -> Any:
 class TakeOverRequest(RequestModel, json_schema_extra=example(old="stocker1", has_cut=True)):
     """Confirmation that a line may be taken over from another gateway."""
 
-    old: Slug = Field(description="The gateway that has had the line.")
+    old: Slug = Field(description="Name of the gateway that has had the line.")
     has_cut: Literal[True] = Field(
-        description="The old gateway is off, or cannot reach the terminal server: a person has seen to that."
+        description="True if the old gateway is off, or cannot reach the terminal server: a person has made "
+        "sure."
     )
 
 

@@ -29,22 +29,22 @@ _UNREACHED: Final = ("offline", "down")
 
 
 class PlaceThen(BaseModel):
-    """Where a motor, or the axes of a unit, stood by the last move before the moment."""
+    """Place of a motor, or of a unit's axes, by the last move before the moment."""
 
-    target: str = Field(description="line1.3F, r1/units/1 or wafer.")
+    target: str = Field(description="Address of the part: line1.3F, r1/units/1 or wafer.")
     state: Literal["moving", "standing"]
     position: JsonValue = Field(
         description="Position as moves have it: pulses or encoder counts, or by axis; on the way it is "
         "interpolated by time between start and end. Null if unknown."
     )
-    move_id: str = Field(description="The move that was under way, or the last one.")
+    move_id: str = Field(description="Id of the move that was under way, or of the last one.")
 
 
 class Moment(BaseModel):
     """The plant as it was."""
 
     at: datetime
-    known_since: datetime | None = Field(description="The journal goes back to this time; null: it is empty.")
+    known_since: datetime | None = Field(description="Time at which the journal begins; null if it is empty.")
     places: list[PlaceThen] = Field(description="Places of all parts that had moved by then.")
     unreached: list[str] = Field(description="Addresses of bodies, robots and lines that did not answer.")
     alarms: list[Alarm] = Field(description="Alarms that stood at that moment, newest first.")

@@ -31,7 +31,7 @@ async def start(plant: Plant, target: Target, request: Any, wait_s: float = 0.0)
 
 
 def newest(target: Target, limit: int) -> list[Any]:
-    """Its moves, newest first."""
+    """Newest moves, newest first."""
     return target.log.of(target.address, limit)
 
 

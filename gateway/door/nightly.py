@@ -36,7 +36,7 @@ class NightlyBackup(BaseModel):
     """A backup of one line, or one robot, that was read by night and kept."""
 
     target: str = Field(description="The line or the robot.")
-    date: str = Field(description="The night it was read in, as YYYY-MM-DD.")
+    date: str = Field(description="Night in which it was read, as YYYY-MM-DD.")
     changed: int | None = Field(
         description="Number of lines that differ from the backup before it; null where there was none."
     )
@@ -45,7 +45,7 @@ class NightlyBackup(BaseModel):
 class NightlyBackups(BaseModel):
     """The backups that are kept."""
 
-    backups: list[NightlyBackup] = Field(description="The newest first.")
+    backups: list[NightlyBackup] = Field(description="Kept backups, the newest first.")
 
 
 class Nightly:
@@ -120,7 +120,7 @@ class Nightly:
 
 
 def seconds_until(at: str, now: datetime) -> float:
-    """How long until the next time that a clock in this place shows HH:MM."""
+    """Seconds until a clock in this place next shows HH:MM."""
     wanted = datetime.combine(now.date(), time.fromisoformat(at), now.tzinfo)
     return (wanted - now).total_seconds() % timedelta(days=1).total_seconds() or 1.0
 

@@ -46,7 +46,8 @@ class Readiness(BaseModel):
         description="State of each line that the request's key is for; without a good key none is named."
     )
     journal: Literal["ready", "unavailable"] = Field(
-        description="While it is unavailable, reads and stops go on; what else has an effect is refused."
+        description="State of the journal; while it is `unavailable`, all that has an effect is refused but "
+        "stops."
     )
     detail: str = Field(description="The reasons in words, and what to do.")
 

@@ -117,7 +117,7 @@ def _built(config: Path, data: Path) -> Plant:
 
 
 def policy_of(config: Config) -> KeyPolicy:
-    """How long keys are good, and who has to agree to them."""
+    """Rules for keys: their lifetime, and the approval that they take."""
     access = config.access
     return KeyPolicy(
         lifetime_s=access.key_lifetime_d * DAY_S or None,

@@ -26,7 +26,7 @@ class PortList(BaseModel):
 
 
 class PortScanRequest(RequestModel, json_schema_extra=example(ports=["/dev/ttyUSB1"])):
-    """Where to ask."""
+    """The ports to ask."""
 
     ports: list[Annotated[str, Field(min_length=1, max_length=300)]] = Field(
         min_length=1,

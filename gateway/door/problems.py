@@ -65,7 +65,7 @@ class InvalidField(BaseModel):
 
 
 class Problem(BaseModel):
-    """Why a request was not carried out, as RFC 9457 has it."""
+    """The reason for which a request was not carried out (RFC 9457)."""
 
     type: str = Field(description=f"The kind of error, {TYPE_PREFIX}KIND; never changes.")
     title: str = Field(description="The kind of error in words.")

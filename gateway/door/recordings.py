@@ -27,12 +27,12 @@ class RecordingList(BaseModel):
 
 
 class RecordingRequest(RequestModel, json_schema_extra=example(last_s=60)):
-    """Which time to record, and which lines."""
+    """The time and the lines to record."""
 
     last_s: float = Field(
-        default=0.0, ge=0, le=DAY_S, description="Seconds until now, as far as the memory reaches."
+        default=0.0, ge=0, le=DAY_S, description="Seconds before now, as far as the memory reaches."
     )
-    for_s: float = Field(default=0.0, ge=0, le=DAY_S, description="Seconds from now on.")
+    for_s: float = Field(default=0.0, ge=0, le=DAY_S, description="Seconds after now.")
     lines: list[str] | None = Field(
         default=None,
         min_length=1,
@@ -43,7 +43,7 @@ class RecordingRequest(RequestModel, json_schema_extra=example(last_s=60)):
 
 @ROWS.post("/recordings", Right.VIEW, any_scope=True, over="The recording is over.", kept_at="/recordings")
 async def start_recording(plant: Plant, wanted: RecordingRequest, *, wait: Wait = None) -> RecordingInfo:
-    """Record what went over lines with the events, the journal and the samples of that time.
+    """Record the traffic of lines, with the events, the journal and the samples of that time.
 
     Nothing is sent to a controller. Keys record the lines in their scopes.
     """
@@ -75,7 +75,7 @@ async def get_recording(plant: Plant, recording_id: str, *, wait: Wait = None) -
 
 @ROWS.post("/recordings/{recording_id}/finish", Right.VIEW, any_scope=True, whole_plant=True)
 async def finish_recording(plant: Plant, recording_id: str) -> RecordingInfo:
-    """End a recording before its time; what was recorded until now is kept."""
+    """End a recording before its time; the part until now is kept."""
     record = _find(plant, recording_id)
     await plant.recordings.finish(record)
     return record

@@ -18,7 +18,7 @@ class SecurityEntries(BaseModel):
 
     entries: list[Entry]
     cursor: int | None = Field(
-        description="The number to give as `cursor` for older ones; null where there are none."
+        description="Number to give as `cursor` for the next page, with older entries; null if there is none."
     )
 
 
@@ -31,7 +31,7 @@ async def list_security_entries(
 ) -> SecurityEntries:
     """List the security log: sign-ins, refusals, keys, sessions, leases, reloads and what else needs a name.
 
-    No use of the gateway pushes an entry out; what comes in a flood is counted in one.
+    No use of the gateway pushes an entry out; a flood is counted in one entry.
     """
     if plant.security.data is None:
         raise NotFound("This gateway has no data directory, and so no security log.")

@@ -59,7 +59,7 @@ _OLDEST: Final = "SELECT min(at) FROM events"
 class AxisOfShift(BaseModel):
     """The moves of one body, or of one unit of a robot."""
 
-    target: str = Field(description="line1.3F, or r1/units/1.")
+    target: str = Field(description="Address of the body or unit: line1.3F, or r1/units/1.")
     moves: int = Field(description="Number of moves.")
     succeeded: int = Field(description="Number of moves that ended well.")
     failed: int = Field(description="Number of moves that failed, were lost or rejected, or are unknown.")
@@ -75,12 +75,12 @@ class FailureOfShift(BaseModel):
 
     cause: str = Field(description="The end's cause, such as ems; else the kind of error, or the status.")
     moves: int = Field(description="Number of moves.")
-    targets: int = Field(description="Number of bodies or units that were concerned.")
-    last_move: str = Field(description="The id of the last of them.")
+    targets: int = Field(description="Number of bodies or units concerned.")
+    last_move: str = Field(description="Id of the last of these moves.")
 
 
 class HomingOfShift(BaseModel):
-    """How far the origins that a body has found lie apart."""
+    """Differences between the origins that a body has found."""
 
     target: str
     homings: int = Field(description="Number of homings that can be compared with the one before.")
@@ -113,7 +113,7 @@ class Shift(BaseModel):
     since: datetime
     until: datetime
     known_since: datetime | None = Field(
-        description="The journal goes back to this time: before it nothing is known. Null: it is empty."
+        description="Time at which the journal begins: before it nothing is known. Null if it is empty."
     )
     moves: int = Field(description="Number of moves that were asked for.")
     ends: dict[str, int] = Field(description="Number of moves by status.")
@@ -129,8 +129,10 @@ class Shift(BaseModel):
     alarms: list[AlarmOfShift] = Field(description="One entry for each cause, the most frequent first.")
 
 
-Since = Annotated[AwareDatetime | None, Field(description="Its begin; left out, eight hours before the end.")]
-Until = Annotated[AwareDatetime | None, Field(description="Its end; left out, now.")]
+Since = Annotated[
+    AwareDatetime | None, Field(description="Beginning of the shift; left out, eight hours before its end.")
+]
+Until = Annotated[AwareDatetime | None, Field(description="End of the shift; left out, now.")]
 Target = Annotated[
     str | None, Field(description="Only this body, robot, or all that is on this line: arm.3F, r1, line1.")
 ]

@@ -1,4 +1,4 @@
-"""How everything was, every other second: what a recording serves when it is replayed to clients."""
+"""The state of all parts, every other second, which a replay of a recording serves to clients."""
 
 import asyncio
 from collections.abc import Mapping

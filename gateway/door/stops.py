@@ -19,7 +19,7 @@ ROWS: Final = Rows("stops")
 
 
 class StopRequest(RequestModel, json_schema_extra=example(mode="decelerate")):
-    """How to stop."""
+    """The way to stop."""
 
     mode: StopMode = Field(
         default="decelerate",

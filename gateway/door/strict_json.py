@@ -11,10 +11,10 @@ from gateway.core.records import RequestModel
 _SURROGATE = re.compile("[\ud800-\udfff]")
 
 MAX_DEPTH = 16
-"""No request has more levels of arrays and objects; the deepest command has three."""
+"""Most levels of arrays and objects in a request; the deepest command has three."""
 
 MAX_KEYS = 100
-"""No object of a request has more keys; the largest has as many as a robot has settings."""
+"""Most keys in an object of a request; the largest has as many as a robot has settings."""
 
 MAX_ITEMS = 2_048
 """Items of an array or table of a request, at most: as many positions as a body has."""
@@ -23,7 +23,7 @@ INLINE_BYTES = 4_096
 """A longer body is read beside the event loop: that may take milliseconds."""
 
 MAX_DIGITS = 1000
-"""No whole number of a request has more digits; reading one takes the longer the more it has."""
+"""Most digits in a whole number of a request; reading one takes the longer the more it has."""
 
 
 MOST_EXACT = 2**53

@@ -36,7 +36,7 @@ class UntriedLine(BaseModel):
 
 
 class Posture(BaseModel):
-    """How the gateway is protected, and what it rests on."""
+    """The protection of the gateway, and the assumptions that it rests on."""
 
     access: Literal["keys", "open"] = Field(
         description="`keys`: each request needs a key; `open`: none does."
@@ -57,9 +57,7 @@ class Posture(BaseModel):
 class Identity(BaseModel):
     """The caller as the gateway knows it: name, role and rights."""
 
-    name: str = Field(
-        description="The name of the key, or of the person; `everybody` where no key is needed."
-    )
+    name: str = Field(description="Name of the key, or of the person; `everybody` if no key is needed.")
     role: Role
     rights: list[Right]
     scope: list[str] | None = Field(
@@ -69,7 +67,7 @@ class Identity(BaseModel):
 
 @ROWS.get("/system/identity", any_scope=True)
 async def get_identity() -> Identity:
-    """Tell who asks, with which role and rights, and for what."""
+    """Tell the caller's name, role, rights and scope."""
     who = current()
     scope = None if who.scope is None else sorted(who.scope)
     rights = [right for right in Right if right in RIGHTS_OF[who.role]]
@@ -78,7 +76,7 @@ async def get_identity() -> Identity:
 
 @ROWS.get("/system/posture", any_scope=True)
 async def get_posture(plant: Plant) -> Posture:
-    """Tell how the gateway is protected, and name each default that was weakened; values to admins only."""
+    """Tell the protection of the gateway, and each weakened default; values to admins only."""
     config = plant.config
     server = config.server
     told = current().role is Role.ADMIN

@@ -28,13 +28,16 @@ CHECK_S: Final = 0.1
 TracedBodies = Annotated[
     str | None,
     Field(
-        description="Only what is about these bodies of the line, joined by commas, such as 3F,01; frames of "
-        "their groups, too."
+        description="Only records about these bodies of the line, joined by commas, such as 3F,01; frames "
+        "of their groups, too."
     ),
 ]
 TracedRequest = Annotated[
     str | None,
-    Field(max_length=128, description="Only what this request has sent (X-Request-Id), and its answers."),
+    Field(
+        max_length=128,
+        description="Only frames that this request has sent (X-Request-Id), and their answers.",
+    ),
 ]
 
 

@@ -16,7 +16,7 @@ class Traffic:
 
     def __init__(self) -> None:
         self.took = {(method, its): Histogram(BOUNDS_S) for method in METHODS for its in CLASSES}
-        """From the request to the head of its answer, by method and class of status."""
+        """Times from the request to the head of its answer, by method and class of status."""
         self._took = {(method, int(its[0])): took for (method, its), took in self.took.items()}
         self.clients = dict.fromkeys(CLIENTS, 0)
         """Clients connected now, by what they are connected for."""

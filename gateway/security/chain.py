@@ -23,7 +23,7 @@ FOLDER: Final = "security"
 FILE_BYTES: Final = 1 << 20
 """A file that is longer is followed by another."""
 LONGEST_LINE: Final = 32_768
-"""No entry is longer."""
+"""Longest line of an entry, in bytes."""
 ZEROS: Final = "0" * 64
 _HEAD: Final = "head"
 _LOCK: Final = "lock"
@@ -47,7 +47,7 @@ class ChainVerdict(NamedTuple):
     """The result of checking a chain."""
 
     head: Head
-    """Its last entry."""
+    """Last entry of the chain."""
     first: int
     """The number of its first entry; 0 where there is none."""
     fault: str | None

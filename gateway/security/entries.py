@@ -10,12 +10,14 @@ from pydantic import BaseModel, Field
 class Entry(BaseModel):
     """An entry of the security log, as it stands in its file."""
 
-    number: int = Field(description="Counts up by one from the first entry; none is given twice.")
+    number: int = Field(
+        description="Number of the entry, one more than that of the entry before; none is given twice."
+    )
     time: datetime
     type: str = Field(description="Type of the entry, such as `key.made`; docs/configuration.md lists all.")
     caller: str | None = Field(
-        description="The name of the key or of the token's holder, what else has caused it, such as SIGHUP, "
-        "or null where the caller is not known."
+        description="Name of the key or of the token's holder, or another cause such as SIGHUP; null if the "
+        "caller is not known."
     )
     address: str | None = Field(description="The network address that the request came from.")
     request_id: str | None = Field(description="The X-Request-Id of the request.")

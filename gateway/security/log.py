@@ -39,7 +39,7 @@ WINDOWS_LOOKED_AT_S: Final = 10.0
 
 @dataclass(frozen=True)
 class Keeping:
-    """How the log is kept."""
+    """Settings for the keeping of the log."""
 
     days: float = 365.0
     """Entries that are older are forgotten."""
@@ -65,7 +65,7 @@ class _Backlog:
     lost: int = 0
 
     def has_taken(self, entry: Draft) -> bool:
-        """Whether there was room for an entry."""
+        """Keep an entry for the disk; say whether there was room for it."""
         if len(self.waiting) >= MOST_WAITING:
             self.lost += 1
             return False

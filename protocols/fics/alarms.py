@@ -40,7 +40,7 @@ class DriverSignals(BaseModel):
 
     model_config = ConfigDict(strict=True, frozen=True, extra="forbid")
 
-    emergency: bool = Field(description="Its stop input is active.")
+    emergency: bool = Field(description="True while the driver's stop input is active.")
     plus_overtravel: bool
     minus_overtravel: bool
 
@@ -131,7 +131,7 @@ class ErrorDetail(Reply, args=_LAYOUTS):
 
     @property
     def kind(self) -> DetailKind:
-        """Which line of the table it is."""
+        """Kind of the error: its line in the table."""
         return _KINDS[self.form_index()]
 
 

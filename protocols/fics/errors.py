@@ -15,7 +15,7 @@ class FicsErrorKind(StrEnum):
     FICS = "fics"
     """An error of the system: three digits. It stands until it is reset by DRT."""
     UNKNOWN = "unknown"
-    """Not in the manual."""
+    """An error that is not in the manual."""
     NONE = "none"
 
 

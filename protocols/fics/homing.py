@@ -34,7 +34,7 @@ class HomeRobot(
 
 
 class HomingTypes(Reply, args="{types}"):
-    """How the motor axes of the unit find their origins."""
+    """Homing methods of the motor axes of the unit."""
 
     types: Annotated[list[TypeNumber], ListLength, PerAxis(FicsWhole(), hole=None)] = Field(description=TYPES)
 

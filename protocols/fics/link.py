@@ -44,7 +44,7 @@ class FicsRefusal:
     """A command was not carried out (Ver.3); the error is `E` and two digits."""
 
     told_as: ClassVar[str] = "refusal"
-    """In the audit."""
+    """Word for it in the audit."""
 
     name: str
     error: str
@@ -55,7 +55,7 @@ class SystemFailure:
     """A command ended with an error of the system (Ver.3), three digits."""
 
     told_as: ClassVar[str] = "failure"
-    """In the audit."""
+    """Word for it in the audit."""
 
     name: str
     error: str

@@ -218,7 +218,7 @@ class PerAxis(Wire):
 
 
 UNKNOWN = "#####"
-"""Stands for a position that is not known (C-HOST manual 2-9)."""
+"""Text of a position that is not known (C-HOST manual 2-9)."""
 
 
 def expected(what: str) -> WrapValidator:

@@ -19,7 +19,7 @@ class WhenAnswered(StrEnum):
     """When a command is answered, in either communication mode (C-HOST manual 1-1-1, 1-7)."""
 
     ALWAYS = "always"
-    """At once in both modes: a query."""
+    """A query: answered at once in both modes."""
     ON_COMPLETION = "on_completion"
     """Ver.2: never. Ver.3: with its bare name when it is done, with an error when it is not."""
     AT_ONCE = "at_once"
@@ -65,7 +65,7 @@ class FicsCommand(Command[R_co], args=""):
     answered_as: ClassVar[str] = ""
     """The name its answers carry, where it is not its own."""
     ranged: ClassVar[bool] = False
-    """Its page gives the whole range of its values, whatever robot it is: the row keeps them within."""
+    """True if the page gives the whole range of its values for every robot: the row keeps them within."""
     ends_with: ClassVar[str] = ""
     """The name that follows the last of several answers; empty where there is only one."""
 

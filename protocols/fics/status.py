@@ -40,7 +40,7 @@ class MotionMode(IntEnum):
 
 
 class AxisStatus(BaseModel):
-    """How a motor axis is."""
+    """The state of a motor axis."""
 
     model_config = ConfigDict(strict=True, frozen=True, extra="forbid")
 

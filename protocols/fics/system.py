@@ -1,4 +1,4 @@
-"""Which unit is spoken to, how it answers, and what system it is (C-HOST manual 2-1, 2-36, 2-37)."""
+"""Selection of a unit, mode of the answers, and identity of the system (C-HOST manual 2-1, 2-36, 2-37)."""
 
 from enum import IntEnum
 from typing import Annotated, ClassVar
@@ -45,7 +45,7 @@ class SelectUnit(
 
 @at_hand
 class HostMode(IntEnum):
-    """How the host is answered (C-HOST manual 1-1-1)."""
+    """Mode of the answers to the host (C-HOST manual 1-1-1)."""
 
     VER_2 = 2
     """The mode of power-on: most commands are silent."""

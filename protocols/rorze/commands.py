@@ -46,7 +46,7 @@ CHAPTERS: Final = (
     programs,
     link_master,
 )
-"""In the order of the manual; the link master's commands last."""
+"""Chapters in the order of the manual; the link master's commands last."""
 
 
 def _rows(chapter: ModuleType) -> Iterator[Row]:

@@ -14,7 +14,7 @@ class ErrorKind(StrEnum):
     COMMAND = "command"
     COMMUNICATION = "communication"
     UNKNOWN = "unknown"
-    """Not in the manual, or a controller set to leave the code out."""
+    """An error that is not in the manual, or of a controller that is set to leave the code out."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -49,7 +49,7 @@ class Refusal:
     """A command was not executed; the error code may be missing."""
 
     told_as: ClassVar[str] = "refusal"
-    """In the audit."""
+    """Word for it in the audit."""
 
     body: int
     code: str

@@ -131,7 +131,7 @@ class OperatingMode(Reply, args="{mode}"):
 
 
 class PulseOutputFormat(Reply, args="{pulse_format}"):
-    """How pulses are put out."""
+    """Format of the pulse output."""
 
     pulse_format: Format
 

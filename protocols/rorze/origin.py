@@ -104,7 +104,7 @@ class GetHomingDistance(Question[SignedPulses], code="0PD", example=("&3F0PD", "
 
 
 class HomingRetries(Reply, args="{retries}"):
-    """How often a failed origin search is tried again."""
+    """Further attempts after a failed origin search."""
 
     retries: Annotated[int, Field(ge=0, le=9), Digits(1)]
 

@@ -21,7 +21,7 @@ NUDGE_UM = 1e-3
 """Micrometres beside the origin at which the direction of a line through it is taken; no piece is shorter."""
 
 FINEST_UM = 1.0
-"""Where an axis would have to jump, it turns as far while the path goes on by this much."""
+"""Micrometres by which the path goes on while an axis turns as far as it would have to jump."""
 
 TOLERANCE_PULSES = 0.1
 """Pulses by which a straight stretch between two knots may miss an axis's true position."""
@@ -35,7 +35,7 @@ ARC_STEP = pi / 4
 
 
 class PathFault(ValueError):
-    """No path can be made of this: error 64."""
+    """An error 64: no path can be made of the points."""
 
 
 class Corner(NamedTuple):
@@ -80,7 +80,7 @@ class StraightLine(Segment):
         return self.end if along >= self.length else self.start + self._ahead * along
 
     def cuts(self) -> list[float]:
-        """It has one nearest point."""
+        """The nearest point of the path."""
         nearest = -(self.start * self._ahead.conjugate()).real
         return _spaced([nearest], self.length)
 
@@ -179,7 +179,7 @@ class _Piece(NamedTuple):
     side: int
     """1 where the lead is ahead of the origin, -1 where it is behind."""
     heading: float
-    """At its start."""
+    """Heading at the start of the piece, in radians."""
 
     def polar(self, along: float) -> tuple[float, float]:
         """Lead and heading at a place along the segment."""
@@ -277,7 +277,7 @@ class Path:
         return knots
 
     def pulses(self) -> tuple[int, ...]:
-        """By how many pulses each axis has turned at the end, halves up.
+        """Pulses by which each axis has turned at the end, halves up.
 
         :raises OutOfReach: a place on the path is none for the arm.
         """

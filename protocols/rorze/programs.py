@@ -243,7 +243,7 @@ class GetProgramLine(
 
 
 class ProgramStatus(Reply, args="{status}"):
-    """How the user program runs or ended."""
+    """The state of the user program: running, or how it ended."""
 
     status: Annotated[int, Field(ge=0, le=0xFF), Hex(2)] = Field(
         description="0: ended normally. Bits: 0 running, 1 ended by UES, 2 command error, "

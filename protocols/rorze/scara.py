@@ -33,7 +33,7 @@ class FingerPlace(NamedTuple):
 
 
 class Pose(NamedTuple):
-    """How the arm stands: the wrist is `reach` micrometres from the origin along `heading`.
+    """The pose of the arm: the wrist is `reach` micrometres from the origin along `heading`.
 
     A reach below 0 is behind the origin: the other bend of the elbow.
     """
@@ -59,7 +59,7 @@ class Mechanics(ABC):
     @property
     @abstractmethod
     def ahead(self) -> int:
-        """How far ahead of the wrist, on the line of the arm, the point is that a path leads."""
+        """Micrometres from the wrist, on the line of the arm, to the point that a path leads."""
 
     @abstractmethod
     def angles(self, pose: Pose) -> tuple[float, ...]:
@@ -104,7 +104,7 @@ class Mechanics(ABC):
         return FingerPlace(end.real, end.imag, finger / TURN * 360_000)
 
     def lead(self, pose: Pose) -> float:
-        """How far from the origin, along its heading, the point is that a path leads; below 0 behind it."""
+        """Micrometres from the origin, along its heading, to the point that a path leads; negative behind."""
         return pose.reach + self.ahead
 
     def guide(self, end: complex, finger: float) -> complex:
@@ -139,7 +139,7 @@ class ThreeAxes(Mechanics):
 
     @property
     def ahead(self) -> int:
-        """It is the wrist."""
+        """Micrometres from the wrist to the led point, which is the wrist."""
         return 0
 
     def angles(self, pose: Pose) -> tuple[float, ...]:
@@ -177,7 +177,7 @@ class BeltLinked(Mechanics):
 
     @property
     def ahead(self) -> int:
-        """It is the finger's end."""
+        """Micrometres from the wrist to the led point, which is the finger's end."""
         return self.finger
 
     def angles(self, pose: Pose) -> tuple[float, ...]:

@@ -140,7 +140,7 @@ def _end(point: PathPoint) -> complex | None:
 
 
 def _finger_turn(robot: Mechanics, pose: Pose, angle: float) -> float:
-    """By how much the finger has to turn, the shorter way."""
+    """Angle by which the finger has to turn, the shorter way, in radians."""
     if not isinstance(robot, ThreeAxes):
         raise PathFault("The finger has no axis of its own.")
     return within_half_turn(radians(angle / 1000) - pose.finger)

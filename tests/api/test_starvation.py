@@ -29,7 +29,7 @@ from tests.world import World
 SLICE_S: Final = 0.004
 """Seconds that other processes take between two turns of the loop: a slice of a fair scheduler, assumed."""
 LONGEST_S: Final = 0.05
-"""From the request of a stop to its first byte."""
+"""Seconds from the request of a stop to its first byte, at most."""
 READERS: Final = 12
 STOPS: Final = 5
 HELD: Final = "gateway.loop.held"

@@ -1,4 +1,4 @@
-"""Which directory a gateway has: each configuration one of its own, and an old one is found again."""
+"""The data directory of a gateway: one for each configuration, and an old one is found again."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""How many connections the operating system lets a gateway have."""
+"""The number of connections that the operating system lets a gateway have."""
 
 import resource
 

@@ -24,7 +24,7 @@ from protocols.table import Command, Effect, WireFault
 CR = b"\r"
 HEAD_LENGTH = len(">&3F6PD")
 MEMBERS = b"[01:][02:]"
-"""Where the manual prints what a group answers, it leaves its members out."""
+"""Members, which the manual leaves out of a group's printed answers."""
 _NUMBER = re.compile(r"[+-]?\d+(?:\.\d*)?")
 
 

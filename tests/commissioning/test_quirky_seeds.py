@@ -24,11 +24,11 @@ from tests.fault_simulator.seed import Seed, run
 from tests.simulation import test_faulty_line
 
 SEEDS: Final = 50
-"""With the proposed change."""
+"""Seeds with the proposed change."""
 WANTED: Final = 50
 """Commands that clients ask for in each."""
 HONEST_SEEDS: Final = 10
-"""Without it."""
+"""Seeds without the change."""
 LATEST_S: Final = 4.0
 """A reply, or a copy of one, is no later on a line that is otherwise than is assumed."""
 
@@ -65,7 +65,7 @@ MAY: Final[Mapping[str, frozenset[str]]] = MappingProxyType(
 STILL: Final[Mapping[str, frozenset[str]]] = MappingProxyType(
     dict.fromkeys(("late-replies", "turnaround", "copies-of-replies", "copies-of-answers"), SLOW)
 )
-"""What they may find with the change: a line on which replies, or copies of them, come so late is slow."""
+"""Violations that they may find with the change: a line on which replies, or copies of them, come so late is slow."""
 
 ALL: Final = {(it.line_id, it.slug): it for it in (*CASES, *DEEDS)}
 

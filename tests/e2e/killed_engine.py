@@ -43,7 +43,7 @@ PATIENCE_S = 2.0
 """A robot may be busy for this time."""
 PAUSE_S = 0.002
 BUSY_S = 0.02
-"""After a refusal."""
+"""Seconds to wait after a refusal."""
 PER_LIFE = 1_000
 """No life wants more than this of the bodies."""
 PER_LIFE_OF_ROBOT = 80

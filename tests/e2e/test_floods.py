@@ -15,7 +15,7 @@ from benchmarks.under_flood import STOP_MS, Found, p99, poured
 from tests.drawing import commit
 
 SECONDS: Final = 0.2
-"""For which each kind is poured; with the silence that follows it takes a second."""
+"""Seconds for which each kind is poured; with the silence that follows it takes one second."""
 QUICK: Final = 27
 """Kinds of floods, drawn by the commit, that are poured in `make test`."""
 MOST_IDLE: Final = 0.5

@@ -49,7 +49,7 @@ STROKE_MM = 40.0
 ENTRIES, VARIABLES = 16, 100
 ENDED_S = 60.0
 TLS = httpx.create_ssl_context()
-"""To make one takes longer than a request."""
+"""One context for all: to make one takes longer than a request."""
 
 
 @dataclass
@@ -348,7 +348,7 @@ def _check_order(told: list[Any]) -> None:
 
 
 def _answers(movers: list[Mover], setters: list[Setter]) -> int:
-    """How many were told that what they wanted is begun or done."""
+    """Number of requests that were told to be begun or done."""
     return sum(len(it.answered) for it in movers) + sum(len(it.answered) for it in setters)
 
 

@@ -46,7 +46,7 @@ class Family(ABC):
 
     name: ClassVar[str]
     topic: ClassVar[str]
-    """With what the types of its events begin."""
+    """Prefix of the types of its events."""
     reads_back: ClassVar[bool] = False
     """Settings are done where they are found so afterwards, whatever became of the command."""
     config: Config

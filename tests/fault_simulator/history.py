@@ -152,7 +152,7 @@ class History:
         return self.violations
 
     def _times_done(self, deed: Deed, facts: list[Fact]) -> int:
-        """How often it was carried out; once by a frame that was doubled, or bent into one to a group."""
+        """Count the times it was carried out: a frame that was doubled, or bent into a group's, is one."""
         return len({fact.request for fact in facts if self.family.has_done(fact, deed.command)})
 
     def _judge_executed(self) -> None:

@@ -53,7 +53,7 @@ MOMENTS: Final = {
     "move.succeeded": 8,
     "stop.requested": 3,
 }
-"""Where a gateway may be killed, and up to which of them; events without what they are about."""
+"""Kinds of moments at which a gateway may be killed, each with the last that is drawn; events by type."""
 JUMPS_S: Final = (3_600.0, 400 * 86_400.0)
 """Seconds by which the wall clock jumps at most, forth or back, often and seldom."""
 _WORST: Final = {

@@ -58,7 +58,7 @@ class Switch(NamedTuple):
     rule: str
     off: Callable[[Patch], None]
     seeds: Sequence[int] = range(60)
-    """Where the fault simulator has to see it; robots are the odd pairs (2, 3, 6, 7, ...)."""
+    """Seeds in which the fault simulator has to see it; robots are the odd pairs (2, 3, 6, 7, ...)."""
     by_replay: bool = False
     """True if only a comparison with a run without jumps of the wall clock shows the difference."""
 

@@ -17,7 +17,7 @@ from tests.tested_plant import TestedPlant
 from transports.base import Receiver, Transport, TransportLost
 
 MEANT_FOR_RECOVERY_S = (0.1, 4.0)
-"""From a kill to the next start."""
+"""Seconds from a kill to the next start."""
 CUT = 0.8
 """Probability that a kill of the gateway, or a pulled cable, cuts off the frame that is being written."""
 
@@ -49,7 +49,7 @@ class Cable(SimulatedCable):
         self.ends: Callable[[bytes], bool] = lambda piece: piece.endswith(b"\r")
         """Says whether a piece ends a reply."""
         self.answering: int | None = None
-        """Which frame is answered by what is being delivered."""
+        """Number of the frame that is answered by the piece that is being delivered."""
         self.unended: frozenset[int] = frozenset()
         """Frames answered by what was delivered since the last CR, for a CR may be garbled."""
         self.tx_free_at = 0.0

@@ -18,7 +18,7 @@ class Cable(threading.Thread):
         self._whole = asyncio.Event()
         self._listens = threading.Event()
         self.port = 0
-        """Where the near end is."""
+        """Port of the near end."""
         self.start()
         self._listens.wait()
 

@@ -14,7 +14,7 @@ from tests.console.browser import CHROMIUM, PATIENCE_MS
 
 PICTURE: Final = Path(__file__).parents[2] / "docs" / "screenshots" / "plant-of-gateways.png"
 LOST_S: Final = 16.0
-"""After that a gateway is called unheard."""
+"""Seconds after which a gateway is called unheard."""
 
 
 async def main() -> None:

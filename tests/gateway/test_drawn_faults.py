@@ -48,7 +48,7 @@ ENDLESS = MoveClockwise(distance="endless")
 FAR = MoveRelative(coordinates=[90.0, None, None])
 NEAR = MoveRelative(coordinates=[5.0, None, None])
 HEARTBEAT_S = 2.0
-"""From the last heartbeat of a jog: half a second, and the longest way to a standstill."""
+"""Seconds from the last heartbeat of a jog: half a second, and the longest way to a standstill."""
 
 
 async def is_itself(it: Rig) -> None:
@@ -317,7 +317,7 @@ def _quiet(caplog: pytest.LogCaptureFixture) -> None:
 
 @cache
 def called() -> dict[Story, Called]:
-    """How often each story calls each function."""
+    """Number of calls of each function by each story."""
     return {story: dict(functions(story)) for story in STORIES}
 
 

@@ -62,7 +62,7 @@ LONG = MoveClockwise(distance=20_000)
 SHORT = MoveClockwise(distance=300)
 ENDLESS = MoveClockwise(distance="endless")
 AGAIN_S = 30.0
-"""After this time the gateway is itself again, whatever has happened."""
+"""Seconds after which the gateway is itself again, whatever has happened."""
 
 
 async def is_itself(it: Rig) -> None:

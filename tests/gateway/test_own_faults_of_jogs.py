@@ -22,7 +22,7 @@ from tests.own_faults import Place, fail_once, named
 from tests.plants import Rig, in_virtual_time, rig
 
 STOPPED_WITHIN_S = 2.0
-"""From the last heartbeat: half a second, and the longest way to a standstill."""
+"""Seconds from the last heartbeat: half a second, and the longest way to a standstill."""
 SEEN_WITHIN_S = 10.0
 OF_BODIES = [
     (Body, "was_set_going"),

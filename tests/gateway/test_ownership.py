@@ -1,4 +1,4 @@
-"""Which gateway has a line that another one may take over, over restarts and in spite of the servers."""
+"""The owner of a line that another gateway may take over, over restarts and in spite of the servers."""
 
 from pathlib import Path
 

@@ -40,7 +40,7 @@ CUTS_S = (0.05, 0.3, 1.0, 3.0)
 """Within a question and its answer, shorter than a deadline, longer than one, longer than three fences."""
 BAUD = 9600
 UNDER_WAY_S = 0.4
-"""From the start of a motion to the cut: it is seen to run."""
+"""Seconds from the start of a motion to the cut: it is seen to run."""
 SEEN_WITHIN_S = 25.0
 """Within this an idle robot has been set up and looked at, if its line works."""
 LONGEST_S = 300.0

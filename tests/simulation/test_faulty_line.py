@@ -48,7 +48,7 @@ OFFLINE_PAUSE_S = 0.5
 SECONDS_PER_COMMAND = 0.7
 """Ten times what it takes: a line that stands still fails the test instead of keeping it."""
 LIVENESS_S = 10.0
-"""After the faults have ceased the line is as good as new within this time."""
+"""Seconds after the end of the faults in which the line is as good as new."""
 BAUD = 115_200
 
 BAD_WIRE = (
@@ -160,7 +160,7 @@ class Report:
         return [errand for errand in self.errands if errand.command.retry is not Retry.READ]
 
     def times_executed(self, errand: Errand) -> int:
-        """How often a motor was started or something set because of it, whichever body it was."""
+        """Number of motors started and settings made because of it, at whichever body."""
         return sum(self.executed[number] for number in errand.written_as)
 
 
@@ -236,7 +236,7 @@ class Simulation:
         return self._report
 
     def share_of(self, fault: Fault, kind: str) -> float:
-        """How many of the frames of a kind had a fault."""
+        """Share of the frames of a kind that had a fault."""
         frames = self._machine.truth.of(kind)
         return sum(fault in str(fact.facts.get("faults")) for fact in frames) / len(frames)
 

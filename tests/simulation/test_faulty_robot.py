@@ -92,7 +92,7 @@ class Errand:
     frame: str
     stops_before: int
     move: RobotMove | None = None
-    """None where it was refused at once."""
+    """The move; None where it was refused at once."""
 
 
 @dataclass

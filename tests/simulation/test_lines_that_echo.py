@@ -37,7 +37,7 @@ from tests.tested_plant import TestedPlant
 from tests.virtual_time import run_virtual
 
 SEEDS = fresh(40, "echoes")
-"""With three plants and three kinds of echo: 360 stories, others with each commit."""
+"""Seeds for three plants and three kinds of echo: 360 stories, others with each commit."""
 BAUDS = (9600, 115_200)
 DEEDS = 12
 """Moves, jogs and stops of each client."""

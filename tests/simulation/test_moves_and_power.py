@@ -54,7 +54,7 @@ class Axis:
     body: Body
     truth: Rc420
     zero: int = 0
-    """Where position 0 is, as everybody believes who has not heard of a loss of power."""
+    """Place of position 0, as believed before a loss of power is known."""
     cuts: list[float] = field(default_factory=list)
 
     def place(self) -> int:

@@ -10,7 +10,7 @@ from tests.third_family.rows import REFUSED, ROWS, SIZE, Frame, Frames, Go, Halt
 
 AXIS = 0
 FAR = 90_000
-"""Where a jog comes to rest by itself."""
+"""Place where a jog comes to rest by itself."""
 BY_BYTE = {int(row.code, 16): row for row in ROWS}
 TAKEN_ONCE = (Home, Go, Jog)
 
@@ -32,7 +32,7 @@ class ToyMachine:
         self.homed = self._homing = self._stopped = False
         self._speed, self._newest, self._life = 100, 0, 1
         self._answer = b""
-        """To the newest motion, for copies of it."""
+        """Answer to the newest motion, for copies of it."""
         self._from = self._to = 0
         self._began_at = self._ends_at = 0.0
         self._reader, self._now = Frames(), 0.0

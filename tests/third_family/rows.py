@@ -13,7 +13,7 @@ from protocols.table import Ack, Command, Effect, Reply, Retry
 R = TypeVar("R", bound=Reply)
 START, REFUSED, SIZE = 0xA5, 0xFF, 22
 FRAME: Final = Struct(">BHB16s")
-"""Its start, the number of the command, the code, and the data with zeros behind; two bytes of CRC follow."""
+"""Start, number of the command, code, and data with zeros behind; two bytes of CRC follow."""
 
 
 class Frame(NamedTuple):

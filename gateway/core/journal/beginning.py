@@ -24,7 +24,7 @@ class PastEvent(NamedTuple):
 
 
 class OpenIntent(NamedTuple):
-    """Something with an effect of which the journal does not know what has become of it."""
+    """An action with an effect whose outcome the journal does not know."""
 
     id: str
     target: str
@@ -49,7 +49,7 @@ class Beginning(NamedTuple):
     was_clean: bool
     """True if the last life ended as it should; also for the first."""
     seen_at: float | None
-    """When the last life was last known to live, by the wall clock."""
+    """Time at which the last life was last known to run, by the wall clock."""
     moves: Sequence[str]
     """The newest records of moves, as JSON, those that were not over among them, in their order."""
     events: Sequence[PastEvent]
@@ -62,7 +62,7 @@ class Beginning(NamedTuple):
     alarms: Sequence[str] = ()
     """The newest records of alarms, as JSON, those that stand among them, in their order."""
     ran_s: float = 0.0
-    """For how long gateways have run on this journal."""
+    """Seconds for which gateways have run on this journal."""
     known: Mapping[str, str] = MappingProxyType({})
     """Facts that only a gateway can know of a controller, by address."""
     last_id: str = "0"

@@ -38,7 +38,7 @@ _PROBE_BYTES = 64 << 10
 
 
 class NotWritable(OSError):
-    """There is no room, nothing may be written, or another program holds the file; later that may change."""
+    """The disk is full or read-only, or another program holds the file; that may change later."""
 
 
 class DiskFailed(OSError):
@@ -50,7 +50,7 @@ class _Unexplained(DiskFailed):
 
 
 class InUse(DiskFailed):
-    """Another gateway has this directory."""
+    """Another gateway uses this directory."""
 
 
 class Disk(Protocol):
@@ -100,7 +100,7 @@ class SqliteDisk:
         """
         self.path = directory / FILE
         self.set_aside: Path | None = None
-        """Where a broken file was put when this was opened."""
+        """File to which a broken journal was moved when this was opened."""
         self._lock: int | None = None
         self._connection: sqlite3.Connection | None = None
         self._inodes: dict[Path, int] = {}

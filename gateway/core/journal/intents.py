@@ -95,7 +95,7 @@ class _Held(NamedTuple, Generic[X]):
 
     exchange: X
     intents: Mapping[str, X]
-    """Its own, and those that are written down with it."""
+    """Intents of the exchange itself, and of those that are written down with it."""
     whole: _Undertaking[X] | None
     entries: Sequence[Write]
     admit: Callable[[X], None]
@@ -119,9 +119,9 @@ class Intents(Generic[X]):
         self._ahead: set[X] = set()
         """Exchanges that are durable, and wait for their turn on the line."""
         self._written: dict[X, float] = {}
-        """When what awaits its outcome was handed to the port."""
+        """Times at which exchanges that await their outcomes were handed to the port."""
         self._due: asyncio.TimerHandle | None = None
-        """When the disk is given what was gathered, if not before."""
+        """Timer at whose end the disk is given what was gathered, if not before."""
 
     @contextmanager
     def undertaking(self, commands: Callable[[], Iterable[X]]) -> Iterator[None]:
@@ -211,7 +211,10 @@ class Intents(Generic[X]):
             exchange.settle(reason)
 
     def note_written(self, exchange: X) -> None:
-        """Its frame is being handed to the port. A stop is written down only now: it waits for no disk."""
+        """Note that its frame is being handed to the port.
+
+        A stop is written down only now: it waits for no disk.
+        """
         now = time.time()
         if exchange.intent is not None:
             self._no_longer_ahead(exchange)
@@ -225,7 +228,7 @@ class Intents(Generic[X]):
         self._book.note_newest(exchange, partial(writes.written, exchange.intent, now))
 
     def _no_longer_ahead(self, exchange: X) -> None:
-        """Its turn has come, or never will: behind the last of them others need their intents at once."""
+        """Note that its turn has come, or never will: after the last one others need intents at once."""
         self._ahead.discard(exchange)
         if self._gathered and not self._ahead:
             self._write_down()

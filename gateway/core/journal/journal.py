@@ -66,7 +66,7 @@ class Question:
 
 
 class DiskState(Enum):
-    """How far the disk takes what is written."""
+    """State of the disk, by the way it takes writes."""
 
     WORKS = "written"
     LATE = "takes nothing in time"
@@ -75,7 +75,7 @@ class DiskState(Enum):
 
 
 class DiskNews(Enum):
-    """What can happen to it."""
+    """An event at the disk."""
 
     TAKEN = "a commit is done"
     LATE = "a commit takes too long"
@@ -84,7 +84,7 @@ class DiskNews(Enum):
 
 
 class DiskAction(Enum):
-    """What is done about it."""
+    """The reaction to it."""
 
     NONE = ""
     TELL_TROUBLE = "refuse what has an effect, tell journal.trouble"
@@ -134,7 +134,7 @@ class Writer:
     disk: Disk
     retention: Retention = field(default_factory=Retention)
     ran_s: float = 0.0
-    """For how long gateways have run on this journal."""
+    """Seconds for which gateways have run on this journal."""
     failure: DiskFailed | None = None
     """Why the file is not trusted again in this process."""
     settle: Settle = lambda _entries, _error: None
@@ -146,7 +146,7 @@ class Writer:
     """Some of these were too many: the next life has to begin as after a crash."""
     _unsynced_since: float | None = None
     _counted_at: float = field(default_factory=lambda: time.monotonic())
-    """Until when `ran_s` is counted."""
+    """Time until which `ran_s` is counted."""
 
     def run(self) -> None:
         """Write until the end is asked for."""
@@ -273,13 +273,13 @@ class Journal:
         self.on_trouble: Callable[[str | None], None] = lambda _why: None
         """Called with the reason when it cannot be written any more, and with None when it can again."""
         self.lag_s = 0.0
-        """How long the last commit that somebody waited for has taken."""
+        """Seconds that the last awaited commit has taken."""
         self._noted: list[Write] = []
         """Unawaited writes that the writer does not have yet: to wake it costs more than to write."""
         self._newest: dict[Hashable, Callable[[], Write]] = {}
-        """The same of rows of which only the newest state counts."""
+        """Unawaited writes of rows of which only the newest state counts."""
         self._due: asyncio.TimerHandle | None = None
-        """When the writer has these at the latest."""
+        """Timer at whose end the writer has these at the latest."""
         self._thread: threading.Thread | None = None
         self._loop: asyncio.AbstractEventLoop
 

@@ -24,7 +24,7 @@ class OpenedJournal(NamedTuple):
     journal: Journal
     past: Beginning
     set_aside: Path | None = None
-    """Where a broken file was put, in whose place a new one was begun."""
+    """File to which a broken journal was moved, in whose place a new one was begun."""
 
 
 class NoDisk:
@@ -57,7 +57,7 @@ class NoDisk:
 
 
 def longest_s(directory: Path) -> float:
-    """How long it may take to look the journal of a directory over, and to bring it to this version."""
+    """Longest time in seconds to look over the journal of a directory, and to bring it to this version."""
     size = 0
     for name in (FILE, f"{FILE}-wal"):
         with suppress(OSError):

@@ -41,7 +41,7 @@ def intent(
     move_id: str | None = None,
     key: str | None = None,
 ) -> Write:
-    """Something with an effect is about to be written to a line."""
+    """Note that an action with an effect is about to be written to a line."""
     return Write(
         "INSERT INTO intents (id, at, target, command, effect, frame, caller, request_id, move_id, key, "  # noqa: S608
         f"ran_s) VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, {_NOW})",
@@ -50,7 +50,7 @@ def intent(
 
 
 def written(intent_id: str, at: float) -> Write:
-    """Its first byte was handed to the port."""
+    """Note that its first byte was handed to the port."""
     return Write("UPDATE intents SET written_at = ? WHERE id = ?", (at, intent_id))
 
 
@@ -116,7 +116,7 @@ def keys_beyond(caller: str, most: int) -> Write:
 
 
 def key_answered(scope: str, key: str, status: int, location: str | None, answer: str) -> Write:
-    """It was answered so, and its repetitions will be."""
+    """Note the answer, which repetitions of the request will get, too."""
     return Write(
         "UPDATE keys SET status = ?, location = ?, answer = ? WHERE scope = ? AND key = ?",
         (status, location, answer, scope, key),
@@ -124,5 +124,5 @@ def key_answered(scope: str, key: str, status: int, location: str | None, answer
 
 
 def key_free(scope: str, key: str) -> Write:
-    """It was refused before anything was sent: the key can be used again."""
+    """Note that the request was refused before anything was sent: the key can be used again."""
     return Write("DELETE FROM keys WHERE scope = ? AND key = ?", (scope, key))

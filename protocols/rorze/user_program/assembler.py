@@ -66,7 +66,7 @@ class Assembled:
 
 
 _ENDS = frozenset(("END", "JMP", "RET"))
-"""After these the next address is not executed."""
+"""Operations after which the next address is not executed."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,10 +76,10 @@ class _Line:
     number: int
     text: str
     columns: tuple[int, ...]
-    """Where each of its characters stands."""
+    """Column of each of the text's characters."""
 
     def fault(self, at: int, reason: str) -> ProgramFault:
-        """Something wrong at a character; after the last one, just behind it."""
+        """Make the fault at a character; after the last one, just behind it."""
         column = self.columns[at] if at < len(self.columns) else self.columns[-1] + 1
         return ProgramFault(self.number, column, reason)
 

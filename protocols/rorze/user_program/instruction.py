@@ -62,7 +62,7 @@ class ProgramOperation:
 
     @property
     def code(self) -> str:
-        """Its two or three letters."""
+        """Code of two or three letters."""
         return self.row.code
 
 
@@ -73,7 +73,7 @@ class Communication:
     text: str
     row: Row = field(compare=False, repr=False)
     parameters: tuple[tuple[str, str], ...]
-    """Its fields as written; none where no memory stands for any of them."""
+    """Fields as written; empty where no memory stands for any of them."""
     steps: int = COMMAND_STEPS
 
     def command(self, number_in: Callable[[BankPlace], int]) -> RorzeCommand[Any]:

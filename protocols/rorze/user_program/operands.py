@@ -67,7 +67,7 @@ class Constant:
 
 @dataclass(frozen=True, slots=True)
 class CompareSign:
-    """How JCP compares."""
+    """The comparison of JCP."""
 
     comparison: Comparison
 
@@ -108,7 +108,7 @@ class OperandKind:
     """The operands allowed at one place of an instruction."""
 
     words: str
-    """For a sentence: `a timer (T0 to T29, TIX, TIY)`."""
+    """Words for a sentence: `a timer (T0 to T29, TIX, TIY)`."""
     read: Callable[[str], Operand | None]
     """Give the operand, None where the text is something else.
 

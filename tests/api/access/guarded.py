@@ -63,5 +63,5 @@ def guarded(
 
 
 def written(stand: Stand) -> Sequence[int]:
-    """How many pieces were written to each line."""
+    """Number of pieces that were written to each line."""
     return [len(port.written) for port in stand.ports.values()]

@@ -1,4 +1,4 @@
-"""How long requests wait, what they may hold, and how moments are told."""
+"""Bounds of requests: waiting times, sizes, and the notation of moments."""
 
 import asyncio
 from datetime import UTC, datetime, timedelta

@@ -1,4 +1,4 @@
-"""Which requests are stops."""
+"""The paths of requests that are stops."""
 
 import pytest
 

@@ -290,7 +290,7 @@ class Bridge:
         return self
 
     def counted(self, outcome: str) -> float:
-        """How many commands ended so."""
+        """Number of commands with this outcome."""
         return self.figure(f'commands_total{{outcome="{outcome}"}}')
 
     def figure(self, name: str) -> float:

@@ -72,7 +72,7 @@ class Crowd:
 
     @property
     def left(self) -> int:
-        """How many have no answer yet."""
+        """Number of commands without an answer yet."""
         return sum(map(len, self._left.values()))
 
     def work(self) -> None:

@@ -150,7 +150,7 @@ class Bridge:
         until(lambda: httpx.get(f"{self.metrics}/status").is_success, "the bridge is online")
 
     def counted(self, outcome: str) -> float:
-        """How many commands ended so."""
+        """Number of commands with this outcome."""
         text = httpx.get(f"{self.metrics}/metrics").text
         name = f'motion_gateway_bridge_commands_total{{outcome="{outcome}"}} '
         return float(next(it for it in text.splitlines() if it.startswith(name)).split()[-1])

@@ -1,4 +1,4 @@
-"""How much one key may take up."""
+"""The limits of one key."""
 
 from contextlib import ExitStack
 

@@ -1,4 +1,4 @@
-"""Which addresses a scope covers."""
+"""The addresses that a scope covers."""
 
 import pytest
 

@@ -71,7 +71,7 @@ class Speech:
         self.said: list[tuple[bytes, float, float]] = []
         """Frames, with the time of writing and the time until which the answer is waited for."""
         self.passed: list[tuple[float, float | None]] = []
-        """When deadlines were looked at, and until when a reply that has begun may go on."""
+        """Times at which deadlines were looked at, and until which a reply that has begun may go on."""
 
     def awaits_replies(self) -> bool:
         return bool(self.deadline())

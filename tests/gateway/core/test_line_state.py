@@ -1,4 +1,4 @@
-"""Whatever happens to a port, what is told of it is true."""
+"""The life of a port: the state that is told is true, whatever happens to it."""
 
 from hypothesis import given
 from hypothesis import strategies as st

@@ -1,4 +1,4 @@
-"""Which moves are remembered, and who hears of their ends."""
+"""The memory of moves, and the waiters for their ends."""
 
 import asyncio
 import gc

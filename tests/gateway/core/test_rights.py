@@ -1,4 +1,4 @@
-"""Which right a command takes."""
+"""The right that each command takes."""
 
 from gateway.core.rights import RIGHT_OF, Right
 from protocols.table import Effect

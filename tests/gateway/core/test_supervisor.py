@@ -1,4 +1,4 @@
-"""What becomes of work, of deeds and of observers that meet a fault of the gateway itself."""
+"""Work, deeds and observers that meet a fault of the gateway itself."""
 
 import asyncio
 from functools import partial

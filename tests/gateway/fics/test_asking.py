@@ -21,7 +21,7 @@ from tests.fics_plants import fics_rig
 from tests.plants import in_virtual_time
 
 COPIES_PAST_S = 2.1
-"""After this no copy of an answer comes any more."""
+"""Seconds after which no copy of an answer comes any more."""
 
 
 @in_virtual_time

@@ -1,4 +1,4 @@
-"""How long a move may take follows from how far and how fast it goes."""
+"""The longest time of a move follows from its distance and speed."""
 
 import asyncio
 

@@ -1,4 +1,4 @@
-"""How often a robot's operations wait for the disk: once, whatever has to be said before they begin."""
+"""A robot's operation waits for the disk once, whatever has to be said before it begins."""
 
 from collections.abc import AsyncIterator, Awaitable, Callable
 from contextlib import asynccontextmanager

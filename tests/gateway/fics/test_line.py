@@ -94,7 +94,7 @@ class Stand:
         self.power(True)
 
     def heard(self, text: str) -> int:
-        """How often the robot has heard a command."""
+        """Number of times that the robot has heard a command."""
         return [fact.facts["text"] for fact in self.machine.truth.of("command")].count(text)
 
 

@@ -30,7 +30,7 @@ def up(percent: float | None, coordinates: str = "user") -> RobotRelativeMoveReq
 
 
 async def seconds_of(rig: FicsRig, request: RobotRelativeMoveRequest) -> float:
-    """How long a move takes."""
+    """Seconds that a move takes."""
     loop = asyncio.get_running_loop()
     begun = await start(rig.plant, ME, UNIT, request)
     assert isinstance(begun, BegunMoves)

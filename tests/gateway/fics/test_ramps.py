@@ -1,4 +1,4 @@
-"""How long a robot may take to come to rest is asked while it rests: in motion it does not tell."""
+"""The time of a robot's ramp is asked while it rests: in motion it does not tell."""
 
 import asyncio
 

@@ -1,4 +1,4 @@
-"""Which moves need to know where the axes stand, and where they should come to."""
+"""Targets of moves, and the moves that need to know where the axes stand."""
 
 import pytest
 

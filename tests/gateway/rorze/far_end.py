@@ -20,7 +20,7 @@ P = ParamSpec("P")
 Said = str | bytes
 """A frame of the far end; CR is added to text."""
 LATENCY_S = 0.010
-"""From the end of a frame to its reply, where the script says nothing else."""
+"""Seconds from the end of a frame to its reply, where the script says nothing else."""
 _FENCE = re.compile(r"&(\w\w)3NDP\[(\d+)\]")
 _QUERIES = {"6PD": "+000000000", "9CD": "H00", "9MD": "H00", "0BD": "2", "XID": "02,03"}
 
@@ -31,7 +31,7 @@ class FarEnd(Transport):
     def __init__(self, baud: int | None = None) -> None:
         super().__init__("scripted://")
         self.written: list[tuple[float, str]] = []
-        """When which frame was written, without CR."""
+        """Frames without CR, with the times at which they were written."""
         self.silent: set[int] = set()
         """Bodies that say nothing."""
         self.plugged_in = True

@@ -24,7 +24,7 @@ async def full_line(
 
 
 def busy_s(rig: Rig, since: float) -> float:
-    """How long questions and replies were on the wire, one after the other."""
+    """Seconds for which questions and replies were on the wire, one after the other."""
     asked = sum(len(it.frame) + 1 for it in rig.wire.sent if it.at >= since)
     told = sum(len(data) for at, data in rig.wire.heard if at >= since)
     return (asked + told) * rig.wire.byte_time_s

@@ -24,7 +24,7 @@ IDLE_SHARE = 0.1
 GET_WITHIN_S = 0.25
 END_TOLD_WITHIN_S = 1.5
 END_TOLD_ON_A_BAD_LINE_S = 4.0
-"""Where everything is read twice."""
+"""Seconds on a line on which everything is read twice."""
 STOPPED_WITHIN_S = 5.0
 STOPPED_WITHOUT_GROUPS_WITHIN_S = 6.0
 STOPPED_AT_START_WITHIN_S = {1.0: 8.0, 4.0: 6.0, 10.0: 5.0}

@@ -1176,7 +1176,7 @@ class AnySession(RuleBasedStateMachine):
 
 
 def _number(outcome: Outcome) -> int | None:
-    """Which written frame an outcome is the reply to; None if it does not tell."""
+    """Number of the written frame that an outcome answers; None if it does not tell."""
     if isinstance(outcome, Refusal):
         return outcome.error
     if isinstance(outcome, Answered):

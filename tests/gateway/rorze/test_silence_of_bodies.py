@@ -1,4 +1,4 @@
-"""Which errors show that a body does not answer, and which do not."""
+"""Errors that show that a body does not answer, and errors that do not."""
 
 import pytest
 

@@ -643,7 +643,7 @@ async def test_a_foreign_motion_is_stopped_and_a_move_in_the_meantime_is_cancell
 
 
 SLOW_RAMP = SetMaximumAcceleration(acceleration=20_000)
-"""From 50,000 pps the standard set comes to rest in 5 s."""
+"""Acceleration with which the standard set comes to rest from 50,000 pps in 5 s."""
 
 
 async def at_full_speed(rig: Rig, *addresses: str) -> None:

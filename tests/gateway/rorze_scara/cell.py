@@ -120,7 +120,7 @@ class Cell:
             await asyncio.sleep(TICK_S)
 
     def pulse_um(self) -> float:
-        """How far a pulse of the coarsest axis moves the finger's end here."""
+        """Micrometres by which a pulse of the coarsest axis moves the finger's end here."""
         here, end = self.positions(), self.place()
         steps = []
         for axis in range(len(here)):

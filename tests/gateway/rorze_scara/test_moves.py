@@ -52,7 +52,7 @@ CORNERED = [PathPoint(x=255_000, y=300_000, radius=120_000), PathPoint(x=255_000
 
 
 def beside(segments: Sequence[Segment], point: complex) -> float:
-    """How far a point is from a path."""
+    """Distance of a point from a path."""
     return min(_beside(segment, point) for segment in segments)
 
 
@@ -560,7 +560,7 @@ async def test_a_stop_amid_the_preparation_starts_nothing() -> None:
 # One axis fails
 
 RAMP_S = 0.3
-"""From 30 mm a second to standstill with pattern 5."""
+"""Seconds from 30 mm a second to standstill with pattern 5."""
 
 
 def _ems(robot: Cell) -> None:

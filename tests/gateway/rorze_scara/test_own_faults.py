@@ -16,7 +16,7 @@ from tests.own_faults import Place, fail_once, named
 from tests.plants import in_virtual_time
 
 AGAIN_S = 30.0
-"""After this time the gateway is itself again, whatever has happened."""
+"""Seconds after which the gateway is itself again, whatever has happened."""
 SLOW = 5
 """The number of a pattern."""
 

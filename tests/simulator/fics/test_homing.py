@@ -26,7 +26,7 @@ COURSES = {
     5: [MINUS_LIMIT - FAST, MINUS_LIMIT + SLOW, MINUS_LIMIT],
     6: [DOG - FAST, -25 - SLOW, -25.0],
 }
-"""Where each type stops on its way from 0 (C-HOST manual 2-25)."""
+"""Places where each type stops on its way from 0 (C-HOST manual 2-25)."""
 
 
 def bench_at(place: float = 0.0) -> Bench:

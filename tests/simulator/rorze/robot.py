@@ -92,7 +92,7 @@ class RobotBench:
         return [frame for frame in frames if isinstance(frame, MoveEnded)]
 
     def pulse_um(self) -> float:
-        """How far a pulse of the coarsest axis moves the finger's end here."""
+        """Micrometres by which a pulse of the coarsest axis moves the finger's end here."""
         here = self.positions()
         end = self.end()
         steps = []

@@ -277,7 +277,7 @@ def test_clr_belongs_to_servo_mode_where_it_takes_output_0(bench: Bench) -> None
 
 
 def clear_pulse_ms(bench: Bench) -> int:
-    """How long CLR stays on from now."""
+    """Milliseconds for which CLR stays on from now."""
     start = bench.now
     while bench.send("COD CL") == "1":
         bench.wait(0.0001)

@@ -877,7 +877,7 @@ class AsyncOperations(Protocol):
     async def add_line(self, body: NewLine, /, *, idempotency_key: str | None = None) -> Reloaded:
         """Write one more line with its bodies or its robot into the configuration file, and serve it.
 
-        A scan of ports gives the line of who is found there. The file keeps its comments.
+        A scan of ports gives the line of each controller that it finds. The file keeps its comments.
         """
         answer: Reloaded = await self.call(
             "POST", filled("/lines"), body=body, idempotency_key=idempotency_key
@@ -948,7 +948,7 @@ class AsyncOperations(Protocol):
         limit: int | None = None,
         sample: float | None = None,
     ) -> EventList:
-        """List what has happened after a cursor, or from the oldest event that is kept.
+        """List events after a cursor, or from the oldest event that is kept.
 
         Ask again after the answer's `cursor` to go on. The event `stream.gap` stands for events no longer kept.
         With `sample` the values that are watched follow the events, as read within a second.
@@ -961,7 +961,7 @@ class AsyncOperations(Protocol):
         return answer
 
     async def list_alarms(self, *, standing: bool | None = None, limit: int | None = None) -> AlarmList:
-        """List alarms over restarts: what has happened, what the motor did, and the calls that help."""
+        """List alarms, over restarts: the event, the motor's reaction, and the calls that help."""
         answer: AlarmList = await self.call(
             "GET", filled("/alarms"), query={"standing": standing, "limit": limit}
         )
@@ -980,12 +980,12 @@ class AsyncOperations(Protocol):
         return answer
 
     async def get_identity(self) -> Identity:
-        """Tell who asks, with which role and rights, and for what."""
+        """Tell the caller's name, role, rights and scope."""
         answer: Identity = await self.call("GET", filled("/system/identity"))
         return answer
 
     async def get_posture(self) -> Posture:
-        """Tell how the gateway is protected, and name each default that was weakened; values to admins only."""
+        """Tell the protection of the gateway, and each weakened default; values to admins only."""
         answer: Posture = await self.call("GET", filled("/system/posture"))
         return answer
 
@@ -1016,7 +1016,7 @@ class AsyncOperations(Protocol):
         return answer
 
     async def list_sessions(self) -> SessionList:
-        """List who has signed in with a browser, from where, and when the session was last used."""
+        """List the sessions of browsers: the key, the address, and the time of the last use."""
         answer: SessionList = await self.call("GET", filled("/access/sessions"))
         return answer
 
@@ -1043,7 +1043,7 @@ class AsyncOperations(Protocol):
     ) -> SecurityEntries:
         """List the security log: sign-ins, refusals, keys, sessions, leases, reloads and what else needs a name.
 
-        No use of the gateway pushes an entry out; what comes in a flood is counted in one.
+        No use of the gateway pushes an entry out; a flood is counted in one entry.
         """
         answer: SecurityEntries = await self.call(
             "GET", filled("/security"), query={"limit": limit, "cursor": cursor}
@@ -2329,7 +2329,7 @@ class AsyncOperations(Protocol):
     async def start_recording(
         self, body: RecordingRequest, /, *, wait: float | None = None, idempotency_key: str | None = None
     ) -> RecordingInfo:
-        """Record what went over lines with the events, the journal and the samples of that time.
+        """Record the traffic of lines, with the events, the journal and the samples of that time.
 
         Nothing is sent to a controller. Keys record the lines in their scopes.
         """
@@ -2364,7 +2364,7 @@ class AsyncOperations(Protocol):
     async def finish_recording(
         self, recording_id: str, *, idempotency_key: str | None = None
     ) -> RecordingInfo:
-        """End a recording before its time; what was recorded until now is kept."""
+        """End a recording before its time; the part until now is kept."""
         answer: RecordingInfo = await self.call(
             "POST",
             filled("/recordings/{recording_id}/finish", recording_id=recording_id),
@@ -2514,7 +2514,7 @@ class AsyncOperations(Protocol):
         cursor: str | None = None,
         limit: int | None = None,
     ) -> Audit:
-        """List all that had an effect, or was to have one, over restarts: caller, target, command and outcome.
+        """List actions with an effect, over restarts: caller, target, command and outcome.
 
         A key with a scope names a target in it.
         """
@@ -2564,7 +2564,7 @@ class AsyncOperations(Protocol):
         return answer
 
     async def list_leases(self) -> LeaseList:
-        """List who has leased what; a key with a scope sees those within it."""
+        """List leases with their holders; a key with a scope sees those within it."""
         answer: LeaseList = await self.call("GET", filled("/leases"))
         return answer
 
@@ -2580,7 +2580,7 @@ class AsyncOperations(Protocol):
         return answer
 
     async def get_lease(self, lease_id: str) -> Lease:
-        """Tell who has a lease, and for how long."""
+        """Get a lease: its holder, and the time for which it lasts."""
         answer: Lease = await self.call("GET", filled("/leases/{lease_id}", lease_id=lease_id))
         return answer
 
@@ -2592,7 +2592,7 @@ class AsyncOperations(Protocol):
         return answer
 
     async def renew_lease(self, lease_id: str, *, idempotency_key: str | None = None) -> Taken:
-        """Let a lease last for its whole time from now on; its token stands in the header Lease-Token."""
+        """Renew a lease for its whole time from now on; the header Lease-Token shows its token."""
         answer: Taken = await self.call(
             "POST", filled("/leases/{lease_id}/renew", lease_id=lease_id), idempotency_key=idempotency_key
         )
@@ -2604,21 +2604,21 @@ class AsyncOperations(Protocol):
         return answer
 
     async def make_key(self, body: NewKey, /, *, idempotency_key: str | None = None) -> MadeKey:
-        """Make a key and tell it once. The header Idempotency-Key is refused: it would have the secret kept."""
+        """Make a key and tell it once. The header Idempotency-Key is refused: it would store the secret."""
         answer: MadeKey = await self.call(
             "POST", filled("/access/keys"), body=body, idempotency_key=idempotency_key
         )
         return answer
 
     async def revoke_key(self, name: str, *, idempotency_key: str | None = None) -> KeyInfo:
-        """Let a key never be used again: its next request is refused, and its event streams end within 5 s."""
+        """Revoke a key: its next request is refused, and its event streams end within 5 s."""
         answer: KeyInfo = await self.call(
             "DELETE", filled("/access/keys/{name}", name=name), idempotency_key=idempotency_key
         )
         return answer
 
     async def approve_key(self, name: str, *, idempotency_key: str | None = None) -> KeyInfo:
-        """Let a key of an admin be good that another admin has made (`access.four_eyes`)."""
+        """Approve a key of an admin that another admin has made (`access.four_eyes`)."""
         answer: KeyInfo = await self.call(
             "POST", filled("/access/keys/{name}/approve", name=name), idempotency_key=idempotency_key
         )
@@ -2705,6 +2705,6 @@ class AsyncOperations(Protocol):
         return answer
 
     async def list_translations(self) -> Translations:
-        """Give in other languages what the gateway says in English only: hints of parameters, reasons, notes."""
+        """Give translations of texts that the gateway has in English only: hints, reasons, notes."""
         answer: Translations = await self.call("GET", filled("/translations"))
         return answer

@@ -53,9 +53,9 @@ class Alarm(TypedDict):
     caller: str
     """The caller in whose name the gateway worked when the alarm came."""
     request_id: str | None
-    """The X-Request-Id of the request behind that."""
+    """The X-Request-Id of that caller's request."""
     move_id: str | None
-    """The move it has ended, if it has."""
+    """Id of the move that it has ended, if any."""
     code: str | None
     """The controller's own error code."""
     manual: str
@@ -63,7 +63,7 @@ class Alarm(TypedDict):
     en: AlarmText
     ja: AlarmText
     when_over: PastWords | None
-    """Its words once its cause is over, which take the place of `en` and `ja` then; null where these stay, or were replaced."""
+    """Words of the alarm once its cause is over, in the place of `en` and `ja`; null if these stay true, or were replaced already."""
     part_of: str | None
     """The id of the standing alarm that tells the same event: of a failed move that of its cause, of a body that of its line, of several bodies that of the first. Events leave it out."""
     next: list[NextCall]
@@ -144,11 +144,11 @@ class Angle(TypedDict):
 
 
 class Audit(TypedDict):
-    """Deeds, the newest first."""
+    """Actions, the newest first."""
 
     deeds: list[Deed]
     cursor: str | None
-    """Give it as `cursor` for older ones; null where there are none."""
+    """Cursor of the next page, with older actions; null if there is none."""
 
 
 class AxisInfo(TypedDict):
@@ -164,7 +164,7 @@ class AxisOfShift(TypedDict):
     """The moves of one body, or of one unit of a robot."""
 
     target: str
-    """line1.3F, or r1/units/1."""
+    """Address of the body or unit: line1.3F, or r1/units/1."""
     moves: int
     """Number of moves."""
     succeeded: int
@@ -261,7 +261,7 @@ class Backup(TypedDict):
     """Path of the body, line or robot that is read."""
     status: Literal["running", "succeeded", "failed", "cancelled"]
     controllers: list[str]
-    """The bodies, or the robot, it is read from, in their order."""
+    """Ids of the bodies, or of the robot, that are read, in their order."""
     controller: str | None
     """The controller that is being read, or was when the reading ended."""
     read: int
@@ -269,9 +269,9 @@ class Backup(TypedDict):
     expected: int | None
     """Answers it takes at most, as far as is known: settings that were never set are not asked for. Null if unknown."""
     left_s: float | None
-    """Seconds it takes still: by the line's speed first, then by its own pace; null: unknown."""
+    """Seconds that it still takes, by the line's speed first, then by its own pace; null if unknown."""
     baud: int | None
-    """The speed of its line, where its port tells: 38400 takes a third of the time of 9600."""
+    """Baud rate of the line, if its port tells it: 38400 takes a third of the time of 9600."""
     error: BackupError | None
     """The error that ended the reading early."""
     request_id: str | None
@@ -290,7 +290,7 @@ class BackupComparison(TypedDict):
     """Path of the body, line or robot that is read."""
     status: Literal["running", "succeeded", "failed", "cancelled"]
     controllers: list[str]
-    """The bodies, or the robot, it is read from, in their order."""
+    """Ids of the bodies, or of the robot, that are read, in their order."""
     controller: str | None
     """The controller that is being read, or was when the reading ended."""
     read: int
@@ -298,9 +298,9 @@ class BackupComparison(TypedDict):
     expected: int | None
     """Answers it takes at most, as far as is known: settings that were never set are not asked for. Null if unknown."""
     left_s: float | None
-    """Seconds it takes still: by the line's speed first, then by its own pace; null: unknown."""
+    """Seconds that it still takes, by the line's speed first, then by its own pace; null if unknown."""
     baud: int | None
-    """The speed of its line, where its port tells: 38400 takes a third of the time of 9600."""
+    """Baud rate of the line, if its port tells it: 38400 takes a third of the time of 9600."""
     error: BackupError | None
     """The error that ended the reading early."""
     request_id: str | None
@@ -312,7 +312,7 @@ class BackupComparison(TypedDict):
     commands: list[str] | None
     """The exact commands of a restore, in their order, once it has succeeded. Events leave them and the differences out: ask for the record."""
     differences: list[Difference] | None
-    """Empty where the controllers hold the backup already."""
+    """Differences from the backup; empty if the controllers hold it already."""
     differing: dict[str, int] | None
     """Number of differences by kind: settings, positions, program and others; a program counts once."""
     restore_s: float | None
@@ -469,7 +469,7 @@ class BodyComparisonRequest(TypedDict):
     backup: NotRequired[str | None]
     """The text of a backup; comments after `;` mean nothing."""
     nightly: NotRequired[Literal["last"] | str | None]
-    """Instead of `backup` the one that was read by night: the last, or that of a date."""
+    """Night of a kept backup to be used in the place of `backup`: the last, or a date."""
     without: NotRequired[
         list[Literal["settings", "speed-sets", "patterns", "positions", "memories", "program"]] | None
     ]
@@ -618,11 +618,11 @@ class BodyJog(TypedDict):
     id: str
     """Of the jog, and of the move it makes."""
     state: Literal["jogging", "stopping", "ended", "lost", "stopped"]
-    """stopping: it is told to stop, and may still move. The others mean that it was seen to stand still: ended by request or because it stood still, as at its limit; lost for want of a heartbeat; stopped with all that moves there, or at the end of the gateway."""
+    """`stopping`: it is told to stop, and may still move. `ended`, `lost` and `stopped`: it was seen to stand still. `ended`: by request, or by itself as at its limit; `lost`: for want of a heartbeat; `stopped`: with all that moves there, or at the end of the gateway."""
     ends_as: Literal["ended", "lost", "stopped"] | None
-    """The state that follows when it stands still; null while it jogs."""
+    """State that follows at standstill; null while it jogs."""
     heartbeat_within_ms: int
-    """The next heartbeat has to come within this."""
+    """Seconds within which the next heartbeat has to come."""
     body_id: str
     direction: Literal["cw", "ccw"]
     speed: Literal["high", "low"]
@@ -1511,7 +1511,7 @@ class BodyRestoreRequest(TypedDict):
     backup: NotRequired[str | None]
     """The text of a backup; comments after `;` mean nothing."""
     nightly: NotRequired[Literal["last"] | str | None]
-    """Instead of `backup` the one that was read by night: the last, or that of a date."""
+    """Night of a kept backup to be used in the place of `backup`: the last, or a date."""
     without: NotRequired[
         list[Literal["settings", "speed-sets", "patterns", "positions", "memories", "program"]] | None
     ]
@@ -1521,9 +1521,9 @@ class BodyRestoreRequest(TypedDict):
     from_body: NotRequired[str | None]
     """Take what the backup has of another body: two hex digits. Else of the same number."""
     dry_run: NotRequired[bool]
-    """Tell what would be written and what differs, and write nothing. Left out: false."""
+    """True to be told what would be written and what differs; nothing is written. Left out: false."""
     flash: NotRequired[bool]
-    """Write it to flash memory, too, once it was read back. Left out: false."""
+    """True to write the settings to flash memory, too, once they were read back. Left out: false."""
     power_cycle: NotRequired[bool]
     """True to wait, with `flash`, until the power was off and on, and compare again. Left out: false."""
 
@@ -1987,7 +1987,7 @@ class ChangedSpeedSet(TypedDict):
 
 
 class Changes(TypedDict):
-    """What differs between the configuration that is served and another."""
+    """The differences between the configuration that is served and another."""
 
     lines: list[LineChange]
     """All others go on undisturbed."""
@@ -2024,7 +2024,7 @@ class CommandInfo(TypedDict):
     code: str
     """The three characters of the command; empty where a macro's name takes their place."""
     name: str
-    """The last part of its route, .../commands/NAME."""
+    """Name of the command, the last part of its route .../commands/NAME."""
     title_ja: str
     title_en: str
     parameters: dict[str, Any]
@@ -2190,7 +2190,7 @@ class Deed(TypedDict):
     command: str
     """The row of the command table."""
     effect: str
-    """motion, stop, setting or maintenance."""
+    """Effect of the command: motion, stop, setting or maintenance."""
     frame: str
     """The exact bytes for the controller."""
     moves: list[str]
@@ -2200,13 +2200,13 @@ class Deed(TypedDict):
     ended_at: str | None
     """Time at which the outcome was known; null while it is not."""
     outcome: str | None
-    """answered, refusal, failure, not_sent, or unknown: it may have been executed or not."""
+    """Outcome: answered, refusal, failure, not_sent, or unknown: it may have been executed or not."""
     detail: str | None
     """Reason for which it was not carried out, or the controller's error."""
 
 
 class Difference(TypedDict):
-    """Something that a controller holds otherwise than the backup has it."""
+    """A difference between a controller and the backup."""
 
     target: str
     """The body or the robot."""
@@ -2218,7 +2218,7 @@ class Difference(TypedDict):
     held: str | None
     """Value in the controller."""
     restorable: bool
-    """False where no command can bring it back."""
+    """False if no command can restore it."""
 
 
 class Distance(TypedDict):
@@ -2315,12 +2315,12 @@ class Entry(TypedDict):
     """An entry of the security log, as it stands in its file."""
 
     number: int
-    """Counts up by one from the first entry; none is given twice."""
+    """Number of the entry, one more than that of the entry before; none is given twice."""
     time: str
     type: str
     """Type of the entry, such as `key.made`; docs/configuration.md lists all."""
     caller: str | None
-    """The name of the key or of the token's holder, what else has caused it, such as SIGHUP, or null where the caller is not known."""
+    """Name of the key or of the token's holder, or another cause such as SIGHUP; null if the caller is not known."""
     address: str | None
     """The network address that the request came from."""
     request_id: str | None
@@ -2609,9 +2609,9 @@ class FailureOfShift(TypedDict):
     moves: int
     """Number of moves."""
     targets: int
-    """Number of bodies or units that were concerned."""
+    """Number of bodies or units concerned."""
     last_move: str
-    """The id of the last of them."""
+    """Id of the last of these moves."""
 
 
 class FicsCommandInfo(TypedDict):
@@ -2620,7 +2620,7 @@ class FicsCommandInfo(TypedDict):
     code: str
     """The three characters of the command; empty where a macro's name takes their place."""
     name: str
-    """The last part of its route, .../commands/NAME."""
+    """Name of the command, the last part of its route .../commands/NAME."""
     title_ja: str
     title_en: str
     parameters: dict[str, Any]
@@ -2657,7 +2657,7 @@ class FoundBody(TypedDict):
 
 
 class FoundPort(TypedDict):
-    """Somebody who answered at a port."""
+    """A controller that answered at a port."""
 
     address: str
     told: str
@@ -3220,7 +3220,7 @@ class HomingChange(TypedDict):
 
 
 class HomingOfShift(TypedDict):
-    """How far the origins that a body has found lie apart."""
+    """Differences between the origins that a body has found."""
 
     target: str
     homings: int
@@ -3255,7 +3255,7 @@ class Identity(TypedDict):
     """The caller as the gateway knows it: name, role and rights."""
 
     name: str
-    """The name of the key, or of the person; `everybody` where no key is needed."""
+    """Name of the key, or of the person; `everybody` if no key is needed."""
     role: Role
     rights: list[Right]
     scope: list[str] | None
@@ -3330,11 +3330,11 @@ class JogSession(TypedDict):
 
     id: str
     state: Literal["jogging", "stopping", "ended", "lost", "stopped"]
-    """stopping: it is told to stop, and may still move. The others mean that it was seen to stand still: ended by request or because it stood still, as at its limit; lost for want of a heartbeat; stopped with all that moves there, or at the end of the gateway."""
+    """`stopping`: it is told to stop, and may still move. `ended`, `lost` and `stopped`: it was seen to stand still. `ended`: by request, or by itself as at its limit; `lost`: for want of a heartbeat; `stopped`: with all that moves there, or at the end of the gateway."""
     ends_as: Literal["ended", "lost", "stopped"] | None
-    """The state that follows when it stands still; null while it jogs."""
+    """State that follows at standstill; null while it jogs."""
     heartbeat_within_ms: int
-    """The next heartbeat has to come within this."""
+    """Seconds within which the next heartbeat has to come."""
     unit: int
     axis: str
     direction: Literal["+", "-"]
@@ -3358,11 +3358,11 @@ class KeyInfo(TypedDict):
     name: str
     role: Role
     scope: list[str] | None
-    """The addresses of lines, bodies, groups and robots that it is for; null means all."""
+    """Addresses of the lines, bodies, groups and robots that the key is for; null means all."""
     begins: str
     """Beginning of the key, which is no secret."""
     state: Literal["good", "expired", "revoked", "waiting"]
-    """`waiting`: of an admin, and not yet approved by a second one (`access.four_eyes`)."""
+    """State of the key; `waiting`: an admin's key that no second admin has approved yet (`access.four_eyes`)."""
     ends_soon: bool
     """True if the key ends within `access.key_warning_d`, and no newer key has its name."""
     made_by: str | None
@@ -3410,7 +3410,7 @@ class Lease(TypedDict):
     scope: str
     """Address of the leased line, body, group or robot."""
     covers: list[str]
-    """The bodies and robots it is for, or the line."""
+    """Addresses of the leased bodies and robots, or of the line."""
     holder: str
     """The name of the key that took it."""
     ttl_s: float
@@ -3420,7 +3420,7 @@ class Lease(TypedDict):
 
 
 class LeaseList(TypedDict):
-    """All leases that last."""
+    """All present leases."""
 
     leases: list[Lease]
 
@@ -3440,7 +3440,7 @@ class LeftMoving(TypedDict):
     """A part that still moves, or is not seen to stand still, when the gateway ends."""
 
     move_id: str | None
-    """Its move, if it has one."""
+    """Id of its move, if it has one."""
     detail: str
 
 
@@ -3534,12 +3534,12 @@ class LineBackupSucceededEvent(TypedDict):
 
 
 class LineChange(TypedDict):
-    """What becomes of a line."""
+    """The change of a line."""
 
     line_id: str
     change: Literal["added", "removed", "changed"]
     keys: list[str]
-    """Which of its keys have changed: `bodies.40`, `reply_timeout_s`."""
+    """Keys of the line that have changed: `bodies.40`, `reply_timeout_s`."""
 
 
 class LineComparisonCancelledEvent(TypedDict):
@@ -3596,7 +3596,7 @@ class LineComparisonRequest(TypedDict):
     backup: NotRequired[str | None]
     """The text of a backup; comments after `;` mean nothing."""
     nightly: NotRequired[Literal["last"] | str | None]
-    """Instead of `backup` the one that was read by night: the last, or that of a date."""
+    """Night of a kept backup to be used in the place of `backup`: the last, or a date."""
     without: NotRequired[
         list[Literal["settings", "speed-sets", "patterns", "positions", "memories", "program"]] | None
     ]
@@ -3666,7 +3666,7 @@ class LineInfo(TypedDict):
 
     line_id: str
     address: str
-    """The port."""
+    """Address of the port."""
     state: LineState
     down_reason: str | None
     """Reason why the line is `down` or `silent`, and what to check; null if it is neither."""
@@ -3677,7 +3677,7 @@ class LineInfo(TypedDict):
     counters: dict[str, int]
     """Counters of the line since the start."""
     owner: NotRequired[OwnerInfo]
-    """Only of a line that another gateway may take over."""
+    """Owner of the line; only of a line that another gateway may take over."""
     protocol: Literal["rorze"]
     controllers: str
     """What the link master answered to XID."""
@@ -3840,13 +3840,13 @@ class LineOwnedEvent(TypedDict):
 
 
 class LineOwner(TypedDict):
-    """Which gateway of a plant has a line now, and why."""
+    """The gateway of a plant that has a line now, and the reason."""
 
     reason: str
     owner: str | None
     """Name of the gateway that has the line; null if unknown."""
     epoch: int
-    """The number of take-overs so far, and one."""
+    """Number of take-overs so far, plus one."""
 
 
 class LinePositions(TypedDict):
@@ -3927,7 +3927,7 @@ class LineRestoreRequest(TypedDict):
     backup: NotRequired[str | None]
     """The text of a backup; comments after `;` mean nothing."""
     nightly: NotRequired[Literal["last"] | str | None]
-    """Instead of `backup` the one that was read by night: the last, or that of a date."""
+    """Night of a kept backup to be used in the place of `backup`: the last, or a date."""
     without: NotRequired[
         list[Literal["settings", "speed-sets", "patterns", "positions", "memories", "program"]] | None
     ]
@@ -3937,9 +3937,9 @@ class LineRestoreRequest(TypedDict):
     bodies: NotRequired[list[str] | None]
     """These only: addresses such as 3F. Else all that the backup has."""
     dry_run: NotRequired[bool]
-    """Tell what would be written and what differs, and write nothing. Left out: false."""
+    """True to be told what would be written and what differs; nothing is written. Left out: false."""
     flash: NotRequired[bool]
-    """Write it to flash memory, too, once it was read back. Left out: false."""
+    """True to write the settings to flash memory, too, once they were read back. Left out: false."""
     power_cycle: NotRequired[bool]
     """True to wait, with `flash`, until the power was off and on, and compare again. Left out: false."""
 
@@ -4141,7 +4141,7 @@ class LoopHeld(TypedDict):
     """For how long the gateway did nothing."""
 
     seconds: float
-    """0.25 at least."""
+    """Seconds for which the event loop was held, 0.25 at least."""
     cancelled: bool
     """True if commands that waited are not sent any more: after more than 2 s."""
 
@@ -4178,11 +4178,11 @@ class MadeKey(TypedDict):
     name: str
     role: Role
     scope: list[str] | None
-    """The addresses of lines, bodies, groups and robots that it is for; null means all."""
+    """Addresses of the lines, bodies, groups and robots that the key is for; null means all."""
     begins: str
     """Beginning of the key, which is no secret."""
     state: Literal["good", "expired", "revoked", "waiting"]
-    """`waiting`: of an admin, and not yet approved by a second one (`access.four_eyes`)."""
+    """State of the key; `waiting`: an admin's key that no second admin has approved yet (`access.four_eyes`)."""
     ends_soon: bool
     """True if the key ends within `access.key_warning_d`, and no newer key has its name."""
     made_by: str | None
@@ -4265,7 +4265,7 @@ class Moment(TypedDict):
 
     at: str
     known_since: str | None
-    """The journal goes back to this time; null: it is empty."""
+    """Time at which the journal begins; null if it is empty."""
     places: list[PlaceThen]
     """Places of all parts that had moved by then."""
     unreached: list[str]
@@ -4307,12 +4307,12 @@ class Move(TypedDict):
     acknowledged_at: str | None
     ended_at: str | None
     event_cursor: str
-    """Events after this cursor include all later news of the move."""
+    """Cursor after which the events include all later news of the move."""
     group_id: str | None
-    """The group it was sent to, if it was."""
+    """Id of the group that the command was sent to, if any."""
     kind: Literal["relative", "absolute", "home", "continuous", "jog", "interpolated"]
     end_cause: str | None
-    """normal, stall, cw_limit, ccw_limit, ems, stop_command, or several joined by +, as the controller says; not_executed, position_mismatch or not_in_position as the gateway found."""
+    """Cause of the end. By the controller: normal, stall, cw_limit, ccw_limit, ems, stop_command, or several joined by +; by the gateway: not_executed, position_mismatch or not_in_position."""
     counted_in: Literal["pulses", "encoder_counts"] | None
     """Unit of the positions; null if the body's operating mode is not known."""
     start_position: int | None
@@ -4374,9 +4374,9 @@ class NewBodies(TypedDict):
     """Bodies to be served, too."""
 
     dry_run: NotRequired[bool]
-    """Tell what would change, and change nothing. Left out: false."""
+    """True to be told what would change; nothing is changed. Left out: false."""
     comment: NotRequired[str]
-    """Stands above it in the file, after when it was added and who asked for it. Left out: empty."""
+    """Comment for the file, above the table and behind the time and the caller. Left out: empty."""
     bodies: list[dict[str, JsonValue]]
     """Tables `[[lines.bodies]]` of the configuration."""
 
@@ -4389,7 +4389,7 @@ class NewKey(TypedDict):
     role: Role
     """The rights of the key; every role may stop."""
     scope: NotRequired[list[str] | None]
-    """The addresses of lines, bodies, groups and robots that it is for; left out: all."""
+    """Addresses of the lines, bodies, groups and robots that the key is for; left out: all."""
     expires_s: NotRequired[float | None]
     """Seconds from now; left out: `access.key_lifetime_d`, a year if nothing else is said."""
 
@@ -4398,9 +4398,9 @@ class NewLine(TypedDict):
     """A line to be served, too."""
 
     dry_run: NotRequired[bool]
-    """Tell what would change, and change nothing. Left out: false."""
+    """True to be told what would change; nothing is changed. Left out: false."""
     comment: NotRequired[str]
-    """Stands above it in the file, after when it was added and who asked for it. Left out: empty."""
+    """Comment for the file, above the table and behind the time and the caller. Left out: empty."""
     line: dict[str, JsonValue]
     """A table `[[lines]]` of the configuration, with its `bodies` or its `robot`."""
 
@@ -4426,7 +4426,7 @@ class NightlyBackup(TypedDict):
     target: str
     """The line or the robot."""
     date: str
-    """The night it was read in, as YYYY-MM-DD."""
+    """Night in which it was read, as YYYY-MM-DD."""
     changed: int | None
     """Number of lines that differ from the backup before it; null where there was none."""
 
@@ -4435,7 +4435,7 @@ class NightlyBackups(TypedDict):
     """The backups that are kept."""
 
     backups: list[NightlyBackup]
-    """The newest first."""
+    """Kept backups, the newest first."""
 
 
 class NoiseFilters(TypedDict):
@@ -4507,7 +4507,7 @@ class OwnerInfo(TypedDict):
     gateway: str | None
     """Name of the gateway in the plant; null if unknown."""
     epoch: int
-    """The number of take-overs so far, and one; the header Owner-Epoch."""
+    """Number of take-overs so far, plus one; the header Owner-Epoch."""
 
 
 class PastWords(TypedDict):
@@ -4597,15 +4597,15 @@ class PersonOfShift(TypedDict):
 
 
 class PlaceThen(TypedDict):
-    """Where a motor, or the axes of a unit, stood by the last move before the moment."""
+    """Place of a motor, or of a unit's axes, by the last move before the moment."""
 
     target: str
-    """line1.3F, r1/units/1 or wafer."""
+    """Address of the part: line1.3F, r1/units/1 or wafer."""
     state: Literal["moving", "standing"]
     position: JsonValue
     """Position as moves have it: pulses or encoder counts, or by axis; on the way it is interpolated by time between start and end. Null if unknown."""
     move_id: str
-    """The move that was under way, or the last one."""
+    """Id of the move that was under way, or of the last one."""
 
 
 class PlannedMove(TypedDict):
@@ -4746,7 +4746,7 @@ class PortScan(TypedDict):
 
 
 class PortScanRequest(TypedDict):
-    """Where to ask."""
+    """The ports to ask."""
 
     ports: list[str]
     """Devices and addresses: /dev/ttyUSB1, tcp://HOST:PORT, dpram:///dev/uio0. A serial port is tried at every baud rate, unless its address has `?baud=`."""
@@ -4816,7 +4816,7 @@ class PositionReading(TypedDict):
     """Path of the body, line or robot that is read."""
     status: Literal["running", "succeeded", "failed", "cancelled"]
     controllers: list[str]
-    """The bodies, or the robot, it is read from, in their order."""
+    """Ids of the bodies, or of the robot, that are read, in their order."""
     controller: str | None
     """The controller that is being read, or was when the reading ended."""
     read: int
@@ -4824,9 +4824,9 @@ class PositionReading(TypedDict):
     expected: int | None
     """Answers it takes at most, as far as is known: settings that were never set are not asked for. Null if unknown."""
     left_s: float | None
-    """Seconds it takes still: by the line's speed first, then by its own pace; null: unknown."""
+    """Seconds that it still takes, by the line's speed first, then by its own pace; null if unknown."""
     baud: int | None
-    """The speed of its line, where its port tells: 38400 takes a third of the time of 9600."""
+    """Baud rate of the line, if its port tells it: 38400 takes a third of the time of 9600."""
     error: BackupError | None
     """The error that ended the reading early."""
     request_id: str | None
@@ -4889,7 +4889,7 @@ class PositionsToStore(TypedDict):
 
 
 class Posture(TypedDict):
-    """How the gateway is protected, and what it rests on."""
+    """The protection of the gateway, and the assumptions that it rests on."""
 
     access: Literal["keys", "open"]
     """`keys`: each request needs a key; `open`: none does."""
@@ -4910,7 +4910,7 @@ class PowerAcknowledged(TypedDict):
 
 
 class Problem(TypedDict):
-    """Why a request was not carried out, as RFC 9457 has it."""
+    """The reason for which a request was not carried out (RFC 9457)."""
 
     type: str
     """The kind of error, urn:motion-gateway:problem:KIND; never changes."""
@@ -5062,7 +5062,7 @@ class Readiness(TypedDict):
     lines: dict[str, LineState]
     """State of each line that the request's key is for; without a good key none is named."""
     journal: Literal["ready", "unavailable"]
-    """While it is unavailable, reads and stops go on; what else has an effect is refused."""
+    """State of the journal; while it is `unavailable`, all that has an effect is refused but stops."""
     detail: str
     """The reasons in words, and what to do."""
 
@@ -5102,12 +5102,12 @@ class RecordingList(TypedDict):
 
 
 class RecordingRequest(TypedDict):
-    """Which time to record, and which lines."""
+    """The time and the lines to record."""
 
     last_s: NotRequired[float]
-    """Seconds until now, as far as the memory reaches. Left out: 0.0."""
+    """Seconds before now, as far as the memory reaches. Left out: 0.0."""
     for_s: NotRequired[float]
-    """Seconds from now on. Left out: 0.0."""
+    """Seconds after now. Left out: 0.0."""
     lines: NotRequired[list[str] | None]
     """Only these lines with what is on them; left out, all that the caller may see."""
 
@@ -5148,10 +5148,10 @@ class ReloadFailed(TypedDict):
 
 
 class ReloadRequest(TypedDict):
-    """How to read the configuration again."""
+    """Options for reading the configuration again."""
 
     dry_run: NotRequired[bool]
-    """Tell what would change, and change nothing. Left out: false."""
+    """True to be told what would change; nothing is changed. Left out: false."""
 
 
 class Reloaded(TypedDict):
@@ -5207,7 +5207,7 @@ class Restore(TypedDict):
         "comparing", "writing", "reading_back", "saving", "awaiting_power_cycle", "verifying", "done"
     ]
     controllers: list[str]
-    """The bodies or the robot it writes to."""
+    """Ids of the bodies, or of the robot, that are written."""
     scales: list[ScaleDifference]
     """The bodies whose scale is not that of the backup, and what `units` made of that."""
     commands: int
@@ -5225,7 +5225,7 @@ class Restore(TypedDict):
     power_cycle: bool
     """True if the controllers are compared again after the power was off and on."""
     power_proved: bool
-    """False where no mark could prove that the power was kept while it was read back: a short loss of power may have gone unseen."""
+    """False if no mark could prove that the power was kept while it was read back: a short loss of power may have gone unseen."""
     differences: list[Difference] | None
     """Differences between the controllers and the backup; null while unknown. Events tell the first 20."""
     error: RestoreError | None
@@ -5254,7 +5254,7 @@ class RestorePlan(TypedDict):
     commands: list[str]
     """The exact commands, in their order."""
     differences: list[Difference]
-    """Empty where the controllers hold the backup already."""
+    """Differences from the backup; empty if the controllers hold it already."""
     differing: dict[str, int]
     """Number of differences by kind: settings, positions, program and others; a program counts once."""
     scales: list[ScaleDifference]
@@ -5425,7 +5425,7 @@ class RobotComparisonRequest(TypedDict):
     backup: NotRequired[str | None]
     """The text of a backup; comments after `;` mean nothing."""
     nightly: NotRequired[Literal["last"] | str | None]
-    """Instead of `backup` the one that was read by night: the last, or that of a date."""
+    """Night of a kept backup to be used in the place of `backup`: the last, or a date."""
     without: NotRequired[list[Literal["variables", "settings", "positions"]] | None]
     """Sections of the backup that are left as they are, such as positions."""
 
@@ -5784,7 +5784,7 @@ class RobotLineInfo(TypedDict):
 
     line_id: str
     address: str
-    """The port."""
+    """Address of the port."""
     state: LineState
     down_reason: str | None
     """Reason why the line is `down` or `silent`, and what to check; null if it is neither."""
@@ -5795,7 +5795,7 @@ class RobotLineInfo(TypedDict):
     counters: dict[str, int]
     """Counters of the line since the start."""
     owner: NotRequired[OwnerInfo]
-    """Only of a line that another gateway may take over."""
+    """Owner of the line; only of a line that another gateway may take over."""
     protocol: Literal["fics"]
     robot_id: str
     mode: int
@@ -5847,7 +5847,7 @@ class RobotMove(TypedDict):
     acknowledged_at: str | None
     ended_at: str | None
     event_cursor: str
-    """Events after this cursor include all later news of the move."""
+    """Cursor after which the events include all later news of the move."""
     robot_id: str
     unit: int
     kind: Literal["absolute", "relative", "position", "home", "step", "macro"]
@@ -6270,13 +6270,13 @@ class RobotRestoreRequest(TypedDict):
     backup: NotRequired[str | None]
     """The text of a backup; comments after `;` mean nothing."""
     nightly: NotRequired[Literal["last"] | str | None]
-    """Instead of `backup` the one that was read by night: the last, or that of a date."""
+    """Night of a kept backup to be used in the place of `backup`: the last, or a date."""
     without: NotRequired[list[Literal["variables", "settings", "positions"]] | None]
     """Sections of the backup that are left as they are, such as positions."""
     dry_run: NotRequired[bool]
-    """Tell what would be written and what differs, and write nothing. Left out: false."""
+    """True to be told what would be written and what differs; nothing is written. Left out: false."""
     flash: NotRequired[bool]
-    """Write it to flash memory, too, once it was read back. Left out: false."""
+    """True to write the settings to flash memory, too, once they were read back. Left out: false."""
     power_cycle: NotRequired[bool]
     """True to wait, with `flash`, until the power was off and on, and compare again. Left out: false."""
 
@@ -6544,10 +6544,10 @@ class RobotUnreadableEvent(TypedDict):
 
 
 class Rotation(TypedDict):
-    """How a key is rotated."""
+    """The rotation of a key."""
 
     overlap_s: NotRequired[float]
-    """Seconds for which the old key is good yet. Left out: 604800.0."""
+    """Seconds for which the old key stays good. Left out: 604800.0."""
 
 
 class RunRequest(TypedDict):
@@ -6758,7 +6758,7 @@ class ScaraMove(TypedDict):
     acknowledged_at: str | None
     ended_at: str | None
     event_cursor: str
-    """Events after this cursor include all later news of the move."""
+    """Cursor after which the events include all later news of the move."""
     scara_id: str
     kind: Literal["line", "path", "offset", "extend", "retract", "rotate", "finger", "align"]
     preparation: list[str]
@@ -7025,7 +7025,7 @@ class SecurityEntries(TypedDict):
 
     entries: list[Entry]
     cursor: int | None
-    """The number to give as `cursor` for older ones; null where there are none."""
+    """Number to give as `cursor` for the next page, with older entries; null if there is none."""
 
 
 class SecurityTrouble(TypedDict):
@@ -7198,7 +7198,7 @@ class Shift(TypedDict):
     since: str
     until: str
     known_since: str | None
-    """The journal goes back to this time: before it nothing is known. Null: it is empty."""
+    """Time at which the journal begins: before it nothing is known. Null if it is empty."""
     moves: int
     """Number of moves that were asked for."""
     ends: dict[str, int]
@@ -7217,7 +7217,7 @@ class Shift(TypedDict):
 
 
 class ShuttingDown(TypedDict):
-    """How the gateway ends."""
+    """The end of the gateway."""
 
     on_exit: str
     """The configured treatment of motors that move: stop or leave."""
@@ -7476,7 +7476,7 @@ class StopReport(TypedDict):
 
 
 class StopRequest(TypedDict):
-    """How to stop."""
+    """The way to stop."""
 
     mode: NotRequired[Literal["decelerate", "immediate"]]
     """`decelerate` is command 5SS, `immediate` is 5IS (RC-420 manual 14); for robots ASS and AES (C-HOST manual 2-7, 2-8). Left out: decelerate."""
@@ -7578,9 +7578,9 @@ class Swap(TypedDict):
     differing: int
     """Number of settings, and of a robot's positions, that differ."""
     told: list[str]
-    """The first five of them, as in the backup and as the controller holds them."""
+    """The first five differences, as in the backup and as the controller holds them."""
     certain: bool
-    """True where a user comment is another, in which a serial number may stand: then it is another controller. Else what was not in flash memory may have been lost."""
+    """True if a user comment differs, which may hold a serial number: then it is another controller. Else settings that were not in flash memory may have been lost."""
 
 
 class TableUpload(TypedDict):
@@ -7591,7 +7591,7 @@ class TableUpload(TypedDict):
     """Path of the body, line or robot that is read."""
     status: Literal["running", "succeeded", "failed", "cancelled"]
     controllers: list[str]
-    """The bodies, or the robot, it is read from, in their order."""
+    """Ids of the bodies, or of the robot, that are read, in their order."""
     controller: str | None
     """The controller that is being read, or was when the reading ended."""
     read: int
@@ -7599,9 +7599,9 @@ class TableUpload(TypedDict):
     expected: int | None
     """Answers it takes at most, as far as is known: settings that were never set are not asked for. Null if unknown."""
     left_s: float | None
-    """Seconds it takes still: by the line's speed first, then by its own pace; null: unknown."""
+    """Seconds that it still takes, by the line's speed first, then by its own pace; null if unknown."""
     baud: int | None
-    """The speed of its line, where its port tells: 38400 takes a third of the time of 9600."""
+    """Baud rate of the line, if its port tells it: 38400 takes a third of the time of 9600."""
     error: BackupError | None
     """The error that ended the reading early."""
     request_id: str | None
@@ -7620,9 +7620,9 @@ class TakeOverRequest(TypedDict):
     """Confirmation that a line may be taken over from another gateway."""
 
     old: str
-    """The gateway that has had the line."""
+    """Name of the gateway that has had the line."""
     has_cut: Literal[True]
-    """The old gateway is off, or cannot reach the terminal server: a person has seen to that."""
+    """True if the old gateway is off, or cannot reach the terminal server: a person has made sure."""
 
 
 class Taken(TypedDict):
@@ -7633,7 +7633,7 @@ class Taken(TypedDict):
     scope: str
     """Address of the leased line, body, group or robot."""
     covers: list[str]
-    """The bodies and robots it is for, or the line."""
+    """Addresses of the leased bodies and robots, or of the line."""
     holder: str
     """The name of the key that took it."""
     ttl_s: float

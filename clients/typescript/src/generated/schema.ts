@@ -986,7 +986,7 @@ export interface paths {
          * Add Line
          * @description Write one more line with its bodies or its robot into the configuration file, and serve it.
          *
-         *     A scan of ports gives the line of who is found there. The file keeps its comments.
+         *     A scan of ports gives the line of each controller that it finds. The file keeps its comments.
          */
         post: operations["addLine"];
         delete?: never;
@@ -1086,7 +1086,7 @@ export interface paths {
         };
         /**
          * List Events
-         * @description List what has happened after a cursor, or from the oldest event that is kept.
+         * @description List events after a cursor, or from the oldest event that is kept.
          *
          *     Ask again after the answer's `cursor` to go on. The event `stream.gap` stands for events no longer kept.
          *     With `sample` the values that are watched follow the events, as read within a second.
@@ -1109,7 +1109,7 @@ export interface paths {
         };
         /**
          * List Alarms
-         * @description List alarms over restarts: what has happened, what the motor did, and the calls that help.
+         * @description List alarms, over restarts: the event, the motor's reaction, and the calls that help.
          */
         get: operations["listAlarms"];
         put?: never;
@@ -1169,7 +1169,7 @@ export interface paths {
         };
         /**
          * Get Identity
-         * @description Tell who asks, with which role and rights, and for what.
+         * @description Tell the caller's name, role, rights and scope.
          */
         get: operations["getIdentity"];
         put?: never;
@@ -1189,7 +1189,7 @@ export interface paths {
         };
         /**
          * Get Posture
-         * @description Tell how the gateway is protected, and name each default that was weakened; values to admins only.
+         * @description Tell the protection of the gateway, and each weakened default; values to admins only.
          */
         get: operations["getPosture"];
         put?: never;
@@ -1293,7 +1293,7 @@ export interface paths {
         };
         /**
          * List Sessions
-         * @description List who has signed in with a browser, from where, and when the session was last used.
+         * @description List the sessions of browsers: the key, the address, and the time of the last use.
          */
         get: operations["listSessions"];
         put?: never;
@@ -1339,7 +1339,7 @@ export interface paths {
          * List Security Entries
          * @description List the security log: sign-ins, refusals, keys, sessions, leases, reloads and what else needs a name.
          *
-         *     No use of the gateway pushes an entry out; what comes in a flood is counted in one.
+         *     No use of the gateway pushes an entry out; a flood is counted in one entry.
          */
         get: operations["listSecurityEntries"];
         put?: never;
@@ -3212,7 +3212,7 @@ export interface paths {
         put?: never;
         /**
          * Start Recording
-         * @description Record what went over lines with the events, the journal and the samples of that time.
+         * @description Record the traffic of lines, with the events, the journal and the samples of that time.
          *
          *     Nothing is sent to a controller. Keys record the lines in their scopes.
          */
@@ -3258,7 +3258,7 @@ export interface paths {
         put?: never;
         /**
          * Finish Recording
-         * @description End a recording before its time; what was recorded until now is kept.
+         * @description End a recording before its time; the part until now is kept.
          */
         post: operations["finishRecording"];
         delete?: never;
@@ -3496,7 +3496,7 @@ export interface paths {
         };
         /**
          * List Deeds
-         * @description List all that had an effect, or was to have one, over restarts: caller, target, command and outcome.
+         * @description List actions with an effect, over restarts: caller, target, command and outcome.
          *
          *     A key with a scope names a target in it.
          */
@@ -3584,7 +3584,7 @@ export interface paths {
         };
         /**
          * List Leases
-         * @description List who has leased what; a key with a scope sees those within it.
+         * @description List leases with their holders; a key with a scope sees those within it.
          */
         get: operations["listLeases"];
         put?: never;
@@ -3613,7 +3613,7 @@ export interface paths {
         };
         /**
          * Get Lease
-         * @description Tell who has a lease, and for how long.
+         * @description Get a lease: its holder, and the time for which it lasts.
          */
         get: operations["getLease"];
         put?: never;
@@ -3639,7 +3639,7 @@ export interface paths {
         put?: never;
         /**
          * Renew Lease
-         * @description Let a lease last for its whole time from now on; its token stands in the header Lease-Token.
+         * @description Renew a lease for its whole time from now on; the header Lease-Token shows its token.
          */
         post: operations["renewLease"];
         delete?: never;
@@ -3663,7 +3663,7 @@ export interface paths {
         put?: never;
         /**
          * Make Key
-         * @description Make a key and tell it once. The header Idempotency-Key is refused: it would have the secret kept.
+         * @description Make a key and tell it once. The header Idempotency-Key is refused: it would store the secret.
          */
         post: operations["makeKey"];
         delete?: never;
@@ -3684,7 +3684,7 @@ export interface paths {
         post?: never;
         /**
          * Revoke Key
-         * @description Let a key never be used again: its next request is refused, and its event streams end within 5 s.
+         * @description Revoke a key: its next request is refused, and its event streams end within 5 s.
          */
         delete: operations["revokeKey"];
         options?: never;
@@ -3703,7 +3703,7 @@ export interface paths {
         put?: never;
         /**
          * Approve Key
-         * @description Let a key of an admin be good that another admin has made (`access.four_eyes`).
+         * @description Approve a key of an admin that another admin has made (`access.four_eyes`).
          */
         post: operations["approveKey"];
         delete?: never;
@@ -3841,7 +3841,7 @@ export interface paths {
         };
         /**
          * List Translations
-         * @description Give in other languages what the gateway says in English only: hints of parameters, reasons, notes.
+         * @description Give translations of texts that the gateway has in English only: hints, reasons, notes.
          */
         get: operations["listTranslations"];
         put?: never;
@@ -3892,7 +3892,7 @@ export interface components {
         AbsoluteMoveRequest: {
             /**
              * Validate Only
-             * @description Only say what would be sent and how long it would take; nothing moves. Left out: false.
+             * @description True to be told what would be sent and how long it would take; nothing moves. Left out: false.
              */
             validate_only?: boolean;
             /**
@@ -3969,12 +3969,12 @@ export interface components {
             caller: string;
             /**
              * Request Id
-             * @description The X-Request-Id of the request behind that.
+             * @description The X-Request-Id of that caller's request.
              */
             request_id: string | null;
             /**
              * Move Id
-             * @description The move it has ended, if it has.
+             * @description Id of the move that it has ended, if any.
              */
             move_id: string | null;
             /**
@@ -3989,7 +3989,7 @@ export interface components {
             manual: string;
             en: components["schemas"]["AlarmText"];
             ja: components["schemas"]["AlarmText"];
-            /** @description Its words once its cause is over, which take the place of `en` and `ja` then; null where these stay, or were replaced. */
+            /** @description Words of the alarm once its cause is over, in the place of `en` and `ja`; null if these stay true, or were replaced already. */
             when_over: components["schemas"]["PastWords"] | null;
             /**
              * Part Of
@@ -4169,14 +4169,14 @@ export interface components {
         };
         /**
          * Audit
-         * @description Deeds, the newest first.
+         * @description Actions, the newest first.
          */
         Audit: {
             /** Deeds */
             deeds: components["schemas"]["Deed"][];
             /**
              * Cursor
-             * @description Give it as `cursor` for older ones; null where there are none.
+             * @description Cursor of the next page, with older actions; null if there is none.
              */
             cursor: string | null;
         };
@@ -4202,7 +4202,7 @@ export interface components {
         AxisOfShift: {
             /**
              * Target
-             * @description line1.3F, or r1/units/1.
+             * @description Address of the body or unit: line1.3F, or r1/units/1.
              */
             target: string;
             /**
@@ -4393,7 +4393,7 @@ export interface components {
             status: "running" | "succeeded" | "failed" | "cancelled";
             /**
              * Controllers
-             * @description The bodies, or the robot, it is read from, in their order.
+             * @description Ids of the bodies, or of the robot, that are read, in their order.
              */
             controllers: string[];
             /**
@@ -4415,12 +4415,12 @@ export interface components {
             expected: number | null;
             /**
              * Left S
-             * @description Seconds it takes still: by the line's speed first, then by its own pace; null: unknown.
+             * @description Seconds that it still takes, by the line's speed first, then by its own pace; null if unknown.
              */
             left_s: number | null;
             /**
              * Baud
-             * @description The speed of its line, where its port tells: 38400 takes a third of the time of 9600.
+             * @description Baud rate of the line, if its port tells it: 38400 takes a third of the time of 9600.
              */
             baud: number | null;
             /** @description The error that ended the reading early. */
@@ -4463,7 +4463,7 @@ export interface components {
             status: "running" | "succeeded" | "failed" | "cancelled";
             /**
              * Controllers
-             * @description The bodies, or the robot, it is read from, in their order.
+             * @description Ids of the bodies, or of the robot, that are read, in their order.
              */
             controllers: string[];
             /**
@@ -4485,12 +4485,12 @@ export interface components {
             expected: number | null;
             /**
              * Left S
-             * @description Seconds it takes still: by the line's speed first, then by its own pace; null: unknown.
+             * @description Seconds that it still takes, by the line's speed first, then by its own pace; null if unknown.
              */
             left_s: number | null;
             /**
              * Baud
-             * @description The speed of its line, where its port tells: 38400 takes a third of the time of 9600.
+             * @description Baud rate of the line, if its port tells it: 38400 takes a third of the time of 9600.
              */
             baud: number | null;
             /** @description The error that ended the reading early. */
@@ -4519,7 +4519,7 @@ export interface components {
             commands: string[] | null;
             /**
              * Differences
-             * @description Empty where the controllers hold the backup already.
+             * @description Differences from the backup; empty if the controllers hold it already.
              */
             differences: components["schemas"]["Difference"][] | null;
             /**
@@ -4933,7 +4933,7 @@ export interface components {
             backup?: string | null;
             /**
              * Nightly
-             * @description Instead of `backup` the one that was read by night: the last, or that of a date.
+             * @description Night of a kept backup to be used in the place of `backup`: the last, or a date.
              */
             nightly?: "last" | string | null;
             /**
@@ -5292,19 +5292,19 @@ export interface components {
             id: string;
             /**
              * State
-             * @description stopping: it is told to stop, and may still move. The others mean that it was seen to stand still: ended by request or because it stood still, as at its limit; lost for want of a heartbeat; stopped with all that moves there, or at the end of the gateway.
+             * @description `stopping`: it is told to stop, and may still move. `ended`, `lost` and `stopped`: it was seen to stand still. `ended`: by request, or by itself as at its limit; `lost`: for want of a heartbeat; `stopped`: with all that moves there, or at the end of the gateway.
              * @default jogging
              * @enum {string}
              */
             state: "jogging" | "stopping" | "ended" | "lost" | "stopped";
             /**
              * Ends As
-             * @description The state that follows when it stands still; null while it jogs.
+             * @description State that follows at standstill; null while it jogs.
              */
             ends_as: ("ended" | "lost" | "stopped") | null;
             /**
              * Heartbeat Within Ms
-             * @description The next heartbeat has to come within this.
+             * @description Seconds within which the next heartbeat has to come.
              * @default 500
              */
             heartbeat_within_ms: number;
@@ -7680,7 +7680,7 @@ export interface components {
             backup?: string | null;
             /**
              * Nightly
-             * @description Instead of `backup` the one that was read by night: the last, or that of a date.
+             * @description Night of a kept backup to be used in the place of `backup`: the last, or a date.
              */
             nightly?: "last" | string | null;
             /**
@@ -7700,12 +7700,12 @@ export interface components {
             from_body?: string | null;
             /**
              * Dry Run
-             * @description Tell what would be written and what differs, and write nothing. Left out: false.
+             * @description True to be told what would be written and what differs; nothing is written. Left out: false.
              */
             dry_run?: boolean;
             /**
              * Flash
-             * @description Write it to flash memory, too, once it was read back. Left out: false.
+             * @description True to write the settings to flash memory, too, once they were read back. Left out: false.
              */
             flash?: boolean;
             /**
@@ -8782,7 +8782,7 @@ export interface components {
         };
         /**
          * Changes
-         * @description What differs between the configuration that is served and another.
+         * @description The differences between the configuration that is served and another.
          */
         Changes: {
             /**
@@ -8843,7 +8843,7 @@ export interface components {
             code: string;
             /**
              * Name
-             * @description The last part of its route, .../commands/NAME.
+             * @description Name of the command, the last part of its route .../commands/NAME.
              */
             name: string;
             /** Title Ja */
@@ -8992,7 +8992,7 @@ export interface components {
         ContinuousMoveRequest: {
             /**
              * Validate Only
-             * @description Only say what would be sent and how long it would take; nothing moves. Left out: false.
+             * @description True to be told what would be sent and how long it would take; nothing moves. Left out: false.
              */
             validate_only?: boolean;
             /**
@@ -9223,7 +9223,7 @@ export interface components {
             command: string;
             /**
              * Effect
-             * @description motion, stop, setting or maintenance.
+             * @description Effect of the command: motion, stop, setting or maintenance.
              */
             effect: string;
             /**
@@ -9248,7 +9248,7 @@ export interface components {
             ended_at: string | null;
             /**
              * Outcome
-             * @description answered, refusal, failure, not_sent, or unknown: it may have been executed or not.
+             * @description Outcome: answered, refusal, failure, not_sent, or unknown: it may have been executed or not.
              */
             outcome: string | null;
             /**
@@ -9265,7 +9265,7 @@ export interface components {
         DetailKind: "none" | "emergency" | "driver" | "connection" | "timeout" | "fics" | "unreadable";
         /**
          * Difference
-         * @description Something that a controller holds otherwise than the backup has it.
+         * @description A difference between a controller and the backup.
          */
         Difference: {
             /**
@@ -9292,7 +9292,7 @@ export interface components {
             held: string | null;
             /**
              * Restorable
-             * @description False where no command can bring it back.
+             * @description False if no command can restore it.
              */
             restorable: boolean;
         };
@@ -9503,7 +9503,7 @@ export interface components {
         Entry: {
             /**
              * Number
-             * @description Counts up by one from the first entry; none is given twice.
+             * @description Number of the entry, one more than that of the entry before; none is given twice.
              */
             number: number;
             /**
@@ -9518,7 +9518,7 @@ export interface components {
             type: string;
             /**
              * Caller
-             * @description The name of the key or of the token's holder, what else has caused it, such as SIGHUP, or null where the caller is not known.
+             * @description Name of the key or of the token's holder, or another cause such as SIGHUP; null if the caller is not known.
              */
             caller: string | null;
             /**
@@ -9679,12 +9679,12 @@ export interface components {
             moves: number;
             /**
              * Targets
-             * @description Number of bodies or units that were concerned.
+             * @description Number of bodies or units concerned.
              */
             targets: number;
             /**
              * Last Move
-             * @description The id of the last of them.
+             * @description Id of the last of these moves.
              */
             last_move: string;
         };
@@ -9700,7 +9700,7 @@ export interface components {
             code: string;
             /**
              * Name
-             * @description The last part of its route, .../commands/NAME.
+             * @description Name of the command, the last part of its route .../commands/NAME.
              */
             name: string;
             /** Title Ja */
@@ -9777,7 +9777,7 @@ export interface components {
         };
         /**
          * FoundPort
-         * @description Somebody who answered at a port.
+         * @description A controller that answered at a port.
          */
         FoundPort: {
             /** Address */
@@ -11119,7 +11119,7 @@ export interface components {
         HomeRequest: {
             /**
              * Validate Only
-             * @description Only say what would be sent and how long it would take; nothing moves. Left out: false.
+             * @description True to be told what would be sent and how long it would take; nothing moves. Left out: false.
              */
             validate_only?: boolean;
             /**
@@ -11209,7 +11209,7 @@ export interface components {
         };
         /**
          * HomingOfShift
-         * @description How far the origins that a body has found lie apart.
+         * @description Differences between the origins that a body has found.
          */
         HomingOfShift: {
             /** Target */
@@ -11278,7 +11278,7 @@ export interface components {
         Identity: {
             /**
              * Name
-             * @description The name of the key, or of the person; `everybody` where no key is needed.
+             * @description Name of the key, or of the person; `everybody` if no key is needed.
              */
             name: string;
             role: components["schemas"]["Role"];
@@ -11431,19 +11431,19 @@ export interface components {
             id: string;
             /**
              * State
-             * @description stopping: it is told to stop, and may still move. The others mean that it was seen to stand still: ended by request or because it stood still, as at its limit; lost for want of a heartbeat; stopped with all that moves there, or at the end of the gateway.
+             * @description `stopping`: it is told to stop, and may still move. `ended`, `lost` and `stopped`: it was seen to stand still. `ended`: by request, or by itself as at its limit; `lost`: for want of a heartbeat; `stopped`: with all that moves there, or at the end of the gateway.
              * @default jogging
              * @enum {string}
              */
             state: "jogging" | "stopping" | "ended" | "lost" | "stopped";
             /**
              * Ends As
-             * @description The state that follows when it stands still; null while it jogs.
+             * @description State that follows at standstill; null while it jogs.
              */
             ends_as: ("ended" | "lost" | "stopped") | null;
             /**
              * Heartbeat Within Ms
-             * @description The next heartbeat has to come within this.
+             * @description Seconds within which the next heartbeat has to come.
              * @default 500
              */
             heartbeat_within_ms: number;
@@ -11484,7 +11484,7 @@ export interface components {
             role: components["schemas"]["Role"];
             /**
              * Scope
-             * @description The addresses of lines, bodies, groups and robots that it is for; null means all.
+             * @description Addresses of the lines, bodies, groups and robots that the key is for; null means all.
              */
             scope: string[] | null;
             /**
@@ -11494,7 +11494,7 @@ export interface components {
             begins: string;
             /**
              * State
-             * @description `waiting`: of an admin, and not yet approved by a second one (`access.four_eyes`).
+             * @description State of the key; `waiting`: an admin's key that no second admin has approved yet (`access.four_eyes`).
              * @enum {string}
              */
             state: "good" | "expired" | "revoked" | "waiting";
@@ -11584,7 +11584,7 @@ export interface components {
             scope: string;
             /**
              * Covers
-             * @description The bodies and robots it is for, or the line.
+             * @description Addresses of the leased bodies and robots, or of the line.
              */
             covers: string[];
             /**
@@ -11605,7 +11605,7 @@ export interface components {
         };
         /**
          * LeaseList
-         * @description All leases that last.
+         * @description All present leases.
          */
         LeaseList: {
             /** Leases */
@@ -11643,7 +11643,7 @@ export interface components {
         LeftMoving: {
             /**
              * Move Id
-             * @description Its move, if it has one.
+             * @description Id of its move, if it has one.
              */
             move_id: string | null;
             /** Detail */
@@ -11892,7 +11892,7 @@ export interface components {
         };
         /**
          * LineChange
-         * @description What becomes of a line.
+         * @description The change of a line.
          */
         LineChange: {
             /** Line Id */
@@ -11904,7 +11904,7 @@ export interface components {
             change: "added" | "removed" | "changed";
             /**
              * Keys
-             * @description Which of its keys have changed: `bodies.40`, `reply_timeout_s`.
+             * @description Keys of the line that have changed: `bodies.40`, `reply_timeout_s`.
              */
             keys: string[];
         };
@@ -12055,7 +12055,7 @@ export interface components {
             backup?: string | null;
             /**
              * Nightly
-             * @description Instead of `backup` the one that was read by night: the last, or that of a date.
+             * @description Night of a kept backup to be used in the place of `backup`: the last, or a date.
              */
             nightly?: "last" | string | null;
             /**
@@ -12223,7 +12223,7 @@ export interface components {
             line_id: string;
             /**
              * Address
-             * @description The port.
+             * @description Address of the port.
              */
             address: string;
             state: components["schemas"]["LineState"];
@@ -12253,7 +12253,7 @@ export interface components {
             counters: {
                 [key: string]: number;
             };
-            /** @description Only of a line that another gateway may take over. */
+            /** @description Owner of the line; only of a line that another gateway may take over. */
             owner?: components["schemas"]["OwnerInfo"];
             /**
              * @description discriminator enum property added by openapi-typescript
@@ -12667,7 +12667,7 @@ export interface components {
         };
         /**
          * LineOwner
-         * @description Which gateway of a plant has a line now, and why.
+         * @description The gateway of a plant that has a line now, and the reason.
          */
         LineOwner: {
             /** Reason */
@@ -12679,7 +12679,7 @@ export interface components {
             owner: string | null;
             /**
              * Epoch
-             * @description The number of take-overs so far, and one.
+             * @description Number of take-overs so far, plus one.
              */
             epoch: number;
         };
@@ -12887,7 +12887,7 @@ export interface components {
             backup?: string | null;
             /**
              * Nightly
-             * @description Instead of `backup` the one that was read by night: the last, or that of a date.
+             * @description Night of a kept backup to be used in the place of `backup`: the last, or a date.
              */
             nightly?: "last" | string | null;
             /**
@@ -12907,12 +12907,12 @@ export interface components {
             bodies?: string[] | null;
             /**
              * Dry Run
-             * @description Tell what would be written and what differs, and write nothing. Left out: false.
+             * @description True to be told what would be written and what differs; nothing is written. Left out: false.
              */
             dry_run?: boolean;
             /**
              * Flash
-             * @description Write it to flash memory, too, once it was read back. Left out: false.
+             * @description True to write the settings to flash memory, too, once they were read back. Left out: false.
              */
             flash?: boolean;
             /**
@@ -13417,7 +13417,7 @@ export interface components {
         LoopHeld: {
             /**
              * Seconds
-             * @description 0.25 at least.
+             * @description Seconds for which the event loop was held, 0.25 at least.
              */
             seconds: number;
             /**
@@ -13488,7 +13488,7 @@ export interface components {
             role: components["schemas"]["Role"];
             /**
              * Scope
-             * @description The addresses of lines, bodies, groups and robots that it is for; null means all.
+             * @description Addresses of the lines, bodies, groups and robots that the key is for; null means all.
              */
             scope: string[] | null;
             /**
@@ -13498,7 +13498,7 @@ export interface components {
             begins: string;
             /**
              * State
-             * @description `waiting`: of an admin, and not yet approved by a second one (`access.four_eyes`).
+             * @description State of the key; `waiting`: an admin's key that no second admin has approved yet (`access.four_eyes`).
              * @enum {string}
              */
             state: "good" | "expired" | "revoked" | "waiting";
@@ -13663,7 +13663,7 @@ export interface components {
             at: string;
             /**
              * Known Since
-             * @description The journal goes back to this time; null: it is empty.
+             * @description Time at which the journal begins; null if it is empty.
              */
             known_since: string | null;
             /**
@@ -13752,13 +13752,13 @@ export interface components {
             ended_at: string | null;
             /**
              * Event Cursor
-             * @description Events after this cursor include all later news of the move.
+             * @description Cursor after which the events include all later news of the move.
              * @default
              */
             event_cursor: string;
             /**
              * Group Id
-             * @description The group it was sent to, if it was.
+             * @description Id of the group that the command was sent to, if any.
              */
             group_id: string | null;
             /**
@@ -13768,7 +13768,7 @@ export interface components {
             kind: "relative" | "absolute" | "home" | "continuous" | "jog" | "interpolated";
             /**
              * End Cause
-             * @description normal, stall, cw_limit, ccw_limit, ems, stop_command, or several joined by +, as the controller says; not_executed, position_mismatch or not_in_position as the gateway found.
+             * @description Cause of the end. By the controller: normal, stall, cw_limit, ccw_limit, ems, stop_command, or several joined by +; by the gateway: not_executed, position_mismatch or not_in_position.
              */
             end_cause: string | null;
             /**
@@ -13903,12 +13903,12 @@ export interface components {
         NewBodies: {
             /**
              * Dry Run
-             * @description Tell what would change, and change nothing. Left out: false.
+             * @description True to be told what would change; nothing is changed. Left out: false.
              */
             dry_run?: boolean;
             /**
              * Comment
-             * @description Stands above it in the file, after when it was added and who asked for it. Left out: empty.
+             * @description Comment for the file, above the table and behind the time and the caller. Left out: empty.
              */
             comment?: string;
             /**
@@ -13941,7 +13941,7 @@ export interface components {
             role: components["schemas"]["Role"];
             /**
              * Scope
-             * @description The addresses of lines, bodies, groups and robots that it is for; left out: all.
+             * @description Addresses of the lines, bodies, groups and robots that the key is for; left out: all.
              */
             scope?: string[] | null;
             /**
@@ -13969,12 +13969,12 @@ export interface components {
         NewLine: {
             /**
              * Dry Run
-             * @description Tell what would change, and change nothing. Left out: false.
+             * @description True to be told what would change; nothing is changed. Left out: false.
              */
             dry_run?: boolean;
             /**
              * Comment
-             * @description Stands above it in the file, after when it was added and who asked for it. Left out: empty.
+             * @description Comment for the file, above the table and behind the time and the caller. Left out: empty.
              */
             comment?: string;
             /**
@@ -14029,7 +14029,7 @@ export interface components {
             target: string;
             /**
              * Date
-             * @description The night it was read in, as YYYY-MM-DD.
+             * @description Night in which it was read, as YYYY-MM-DD.
              */
             date: string;
             /**
@@ -14045,7 +14045,7 @@ export interface components {
         NightlyBackups: {
             /**
              * Backups
-             * @description The newest first.
+             * @description Kept backups, the newest first.
              */
             backups: components["schemas"]["NightlyBackup"][];
         };
@@ -14180,7 +14180,7 @@ export interface components {
             gateway: string | null;
             /**
              * Epoch
-             * @description The number of take-overs so far, and one; the header Owner-Epoch.
+             * @description Number of take-overs so far, plus one; the header Owner-Epoch.
              */
             epoch: number;
         };
@@ -14369,12 +14369,12 @@ export interface components {
         };
         /**
          * PlaceThen
-         * @description Where a motor, or the axes of a unit, stood by the last move before the moment.
+         * @description Place of a motor, or of a unit's axes, by the last move before the moment.
          */
         PlaceThen: {
             /**
              * Target
-             * @description line1.3F, r1/units/1 or wafer.
+             * @description Address of the part: line1.3F, r1/units/1 or wafer.
              */
             target: string;
             /**
@@ -14386,7 +14386,7 @@ export interface components {
             position: components["schemas"]["JsonValue"];
             /**
              * Move Id
-             * @description The move that was under way, or the last one.
+             * @description Id of the move that was under way, or of the last one.
              */
             move_id: string;
         };
@@ -14695,7 +14695,7 @@ export interface components {
         };
         /**
          * PortScanRequest
-         * @description Where to ask.
+         * @description The ports to ask.
          * @example {
          *       "ports": [
          *         "/dev/ttyUSB1"
@@ -14783,7 +14783,7 @@ export interface components {
         PositionMoveRequest: {
             /**
              * Validate Only
-             * @description Only say what would be sent and how long it would take; nothing moves. Left out: false.
+             * @description True to be told what would be sent and how long it would take; nothing moves. Left out: false.
              */
             validate_only?: boolean;
             /**
@@ -14849,7 +14849,7 @@ export interface components {
             status: "running" | "succeeded" | "failed" | "cancelled";
             /**
              * Controllers
-             * @description The bodies, or the robot, it is read from, in their order.
+             * @description Ids of the bodies, or of the robot, that are read, in their order.
              */
             controllers: string[];
             /**
@@ -14871,12 +14871,12 @@ export interface components {
             expected: number | null;
             /**
              * Left S
-             * @description Seconds it takes still: by the line's speed first, then by its own pace; null: unknown.
+             * @description Seconds that it still takes, by the line's speed first, then by its own pace; null if unknown.
              */
             left_s: number | null;
             /**
              * Baud
-             * @description The speed of its line, where its port tells: 38400 takes a third of the time of 9600.
+             * @description Baud rate of the line, if its port tells it: 38400 takes a third of the time of 9600.
              */
             baud: number | null;
             /** @description The error that ended the reading early. */
@@ -15021,7 +15021,7 @@ export interface components {
         };
         /**
          * Posture
-         * @description How the gateway is protected, and what it rests on.
+         * @description The protection of the gateway, and the assumptions that it rests on.
          */
         Posture: {
             /**
@@ -15064,7 +15064,7 @@ export interface components {
         };
         /**
          * Problem
-         * @description Why a request was not carried out, as RFC 9457 has it.
+         * @description The reason for which a request was not carried out (RFC 9457).
          */
         Problem: {
             /**
@@ -15404,7 +15404,7 @@ export interface components {
             };
             /**
              * Journal
-             * @description While it is unavailable, reads and stops go on; what else has an effect is refused.
+             * @description State of the journal; while it is `unavailable`, all that has an effect is refused but stops.
              * @enum {string}
              */
             journal: "ready" | "unavailable";
@@ -15499,7 +15499,7 @@ export interface components {
         };
         /**
          * RecordingRequest
-         * @description Which time to record, and which lines.
+         * @description The time and the lines to record.
          * @example {
          *       "last_s": 60
          *     }
@@ -15507,12 +15507,12 @@ export interface components {
         RecordingRequest: {
             /**
              * Last S
-             * @description Seconds until now, as far as the memory reaches. Left out: 0.0.
+             * @description Seconds before now, as far as the memory reaches. Left out: 0.0.
              */
             last_s?: number;
             /**
              * For S
-             * @description Seconds from now on. Left out: 0.0.
+             * @description Seconds after now. Left out: 0.0.
              */
             for_s?: number;
             /**
@@ -15562,7 +15562,7 @@ export interface components {
         RelativeMoveRequest: {
             /**
              * Validate Only
-             * @description Only say what would be sent and how long it would take; nothing moves. Left out: false.
+             * @description True to be told what would be sent and how long it would take; nothing moves. Left out: false.
              */
             validate_only?: boolean;
             /**
@@ -15605,7 +15605,7 @@ export interface components {
         };
         /**
          * ReloadRequest
-         * @description How to read the configuration again.
+         * @description Options for reading the configuration again.
          * @example {
          *       "dry_run": true
          *     }
@@ -15613,7 +15613,7 @@ export interface components {
         ReloadRequest: {
             /**
              * Dry Run
-             * @description Tell what would change, and change nothing. Left out: false.
+             * @description True to be told what would change; nothing is changed. Left out: false.
              */
             dry_run?: boolean;
         };
@@ -15728,7 +15728,7 @@ export interface components {
             phase: "comparing" | "writing" | "reading_back" | "saving" | "awaiting_power_cycle" | "verifying" | "done";
             /**
              * Controllers
-             * @description The bodies or the robot it writes to.
+             * @description Ids of the bodies, or of the robot, that are written.
              */
             controllers: string[];
             /**
@@ -15777,7 +15777,7 @@ export interface components {
             power_cycle: boolean;
             /**
              * Power Proved
-             * @description False where no mark could prove that the power was kept while it was read back: a short loss of power may have gone unseen.
+             * @description False if no mark could prove that the power was kept while it was read back: a short loss of power may have gone unseen.
              * @default true
              */
             power_proved: boolean;
@@ -15839,7 +15839,7 @@ export interface components {
             commands: string[];
             /**
              * Differences
-             * @description Empty where the controllers hold the backup already.
+             * @description Differences from the backup; empty if the controllers hold it already.
              */
             differences: components["schemas"]["Difference"][];
             /**
@@ -15883,7 +15883,7 @@ export interface components {
         RobotAbsoluteMoveRequest: {
             /**
              * Validate Only
-             * @description Only say what would be sent and how long it would take; nothing moves. Left out: false.
+             * @description True to be told what would be sent and how long it would take; nothing moves. Left out: false.
              */
             validate_only?: boolean;
             /**
@@ -16326,7 +16326,7 @@ export interface components {
             backup?: string | null;
             /**
              * Nightly
-             * @description Instead of `backup` the one that was read by night: the last, or that of a date.
+             * @description Night of a kept backup to be used in the place of `backup`: the last, or a date.
              */
             nightly?: "last" | string | null;
             /**
@@ -16589,7 +16589,7 @@ export interface components {
         RobotHomeRequest: {
             /**
              * Validate Only
-             * @description Only say what would be sent and how long it would take; nothing moves. Left out: false.
+             * @description True to be told what would be sent and how long it would take; nothing moves. Left out: false.
              */
             validate_only?: boolean;
             /**
@@ -17251,7 +17251,7 @@ export interface components {
             line_id: string;
             /**
              * Address
-             * @description The port.
+             * @description Address of the port.
              */
             address: string;
             state: components["schemas"]["LineState"];
@@ -17281,7 +17281,7 @@ export interface components {
             counters: {
                 [key: string]: number;
             };
-            /** @description Only of a line that another gateway may take over. */
+            /** @description Owner of the line; only of a line that another gateway may take over. */
             owner?: components["schemas"]["OwnerInfo"];
             /**
              * @description discriminator enum property added by openapi-typescript
@@ -17401,7 +17401,7 @@ export interface components {
             ended_at: string | null;
             /**
              * Event Cursor
-             * @description Events after this cursor include all later news of the move.
+             * @description Cursor after which the events include all later news of the move.
              * @default
              */
             event_cursor: string;
@@ -18133,7 +18133,7 @@ export interface components {
         RobotPositionMoveRequest: {
             /**
              * Validate Only
-             * @description Only say what would be sent and how long it would take; nothing moves. Left out: false.
+             * @description True to be told what would be sent and how long it would take; nothing moves. Left out: false.
              */
             validate_only?: boolean;
             /**
@@ -18318,7 +18318,7 @@ export interface components {
         RobotRelativeMoveRequest: {
             /**
              * Validate Only
-             * @description Only say what would be sent and how long it would take; nothing moves. Left out: false.
+             * @description True to be told what would be sent and how long it would take; nothing moves. Left out: false.
              */
             validate_only?: boolean;
             /**
@@ -18542,7 +18542,7 @@ export interface components {
             backup?: string | null;
             /**
              * Nightly
-             * @description Instead of `backup` the one that was read by night: the last, or that of a date.
+             * @description Night of a kept backup to be used in the place of `backup`: the last, or a date.
              */
             nightly?: "last" | string | null;
             /**
@@ -18552,12 +18552,12 @@ export interface components {
             without?: ("variables" | "settings" | "positions")[] | null;
             /**
              * Dry Run
-             * @description Tell what would be written and what differs, and write nothing. Left out: false.
+             * @description True to be told what would be written and what differs; nothing is written. Left out: false.
              */
             dry_run?: boolean;
             /**
              * Flash
-             * @description Write it to flash memory, too, once it was read back. Left out: false.
+             * @description True to write the settings to flash memory, too, once they were read back. Left out: false.
              */
             flash?: boolean;
             /**
@@ -18865,7 +18865,7 @@ export interface components {
         RobotStepRequest: {
             /**
              * Validate Only
-             * @description Only say what would be sent and how long it would take; nothing moves. Left out: false.
+             * @description True to be told what would be sent and how long it would take; nothing moves. Left out: false.
              */
             validate_only?: boolean;
             /**
@@ -19276,7 +19276,7 @@ export interface components {
         Role: "viewer" | "operator" | "setup" | "admin";
         /**
          * Rotation
-         * @description How a key is rotated.
+         * @description The rotation of a key.
          * @example {
          *       "overlap_s": 604800
          *     }
@@ -19284,7 +19284,7 @@ export interface components {
         Rotation: {
             /**
              * Overlap S
-             * @description Seconds for which the old key is good yet. Left out: 604800.0.
+             * @description Seconds for which the old key stays good. Left out: 604800.0.
              */
             overlap_s?: number;
         };
@@ -19741,7 +19741,7 @@ export interface components {
             ended_at: string | null;
             /**
              * Event Cursor
-             * @description Events after this cursor include all later news of the move.
+             * @description Cursor after which the events include all later news of the move.
              * @default
              */
             event_cursor: string;
@@ -20412,7 +20412,7 @@ export interface components {
             entries: components["schemas"]["Entry"][];
             /**
              * Cursor
-             * @description The number to give as `cursor` for older ones; null where there are none.
+             * @description Number to give as `cursor` for the next page, with older entries; null if there is none.
              */
             cursor: number | null;
         };
@@ -20843,7 +20843,7 @@ export interface components {
             until: string;
             /**
              * Known Since
-             * @description The journal goes back to this time: before it nothing is known. Null: it is empty.
+             * @description Time at which the journal begins: before it nothing is known. Null if it is empty.
              */
             known_since: string | null;
             /**
@@ -20888,7 +20888,7 @@ export interface components {
         };
         /**
          * ShuttingDown
-         * @description How the gateway ends.
+         * @description The end of the gateway.
          */
         ShuttingDown: {
             /**
@@ -21395,7 +21395,7 @@ export interface components {
         };
         /**
          * StopRequest
-         * @description How to stop.
+         * @description The way to stop.
          * @example {
          *       "mode": "decelerate"
          *     }
@@ -21601,12 +21601,12 @@ export interface components {
             differing: number;
             /**
              * Told
-             * @description The first five of them, as in the backup and as the controller holds them.
+             * @description The first five differences, as in the backup and as the controller holds them.
              */
             told: string[];
             /**
              * Certain
-             * @description True where a user comment is another, in which a serial number may stand: then it is another controller. Else what was not in flash memory may have been lost.
+             * @description True if a user comment differs, which may hold a serial number: then it is another controller. Else settings that were not in flash memory may have been lost.
              */
             certain: boolean;
         };
@@ -21630,7 +21630,7 @@ export interface components {
             status: "running" | "succeeded" | "failed" | "cancelled";
             /**
              * Controllers
-             * @description The bodies, or the robot, it is read from, in their order.
+             * @description Ids of the bodies, or of the robot, that are read, in their order.
              */
             controllers: string[];
             /**
@@ -21652,12 +21652,12 @@ export interface components {
             expected: number | null;
             /**
              * Left S
-             * @description Seconds it takes still: by the line's speed first, then by its own pace; null: unknown.
+             * @description Seconds that it still takes, by the line's speed first, then by its own pace; null if unknown.
              */
             left_s: number | null;
             /**
              * Baud
-             * @description The speed of its line, where its port tells: 38400 takes a third of the time of 9600.
+             * @description Baud rate of the line, if its port tells it: 38400 takes a third of the time of 9600.
              */
             baud: number | null;
             /** @description The error that ended the reading early. */
@@ -21701,12 +21701,12 @@ export interface components {
         TakeOverRequest: {
             /**
              * Old
-             * @description The gateway that has had the line.
+             * @description Name of the gateway that has had the line.
              */
             old: string;
             /**
              * Has Cut
-             * @description The old gateway is off, or cannot reach the terminal server: a person has seen to that.
+             * @description True if the old gateway is off, or cannot reach the terminal server: a person has made sure.
              * @constant
              */
             has_cut: true;
@@ -21728,7 +21728,7 @@ export interface components {
             scope: string;
             /**
              * Covers
-             * @description The bodies and robots it is for, or the line.
+             * @description Addresses of the leased bodies and robots, or of the line.
              */
             covers: string[];
             /**
@@ -25055,9 +25055,9 @@ export interface operations {
                 since?: string | null;
                 /** @description Only records not after this time. */
                 until?: string | null;
-                /** @description Only what is about these bodies of the line, joined by commas, such as 3F,01; frames of their groups, too. */
+                /** @description Only records about these bodies of the line, joined by commas, such as 3F,01; frames of their groups, too. */
                 bodies?: string | null;
-                /** @description Only what this request has sent (X-Request-Id), and its answers. */
+                /** @description Only frames that this request has sent (X-Request-Id), and their answers. */
                 request_id?: string | null;
             };
             header?: never;
@@ -25152,7 +25152,7 @@ export interface operations {
     listAlarms: {
         parameters: {
             query?: {
-                /** @description Only those that stand, or only those that were reset. */
+                /** @description True for standing alarms only, false for those that were reset only. */
                 standing?: boolean | null;
                 limit?: number;
             };
@@ -31614,15 +31614,15 @@ export interface operations {
     listDeeds: {
         parameters: {
             query?: {
-                /** @description Only those of callers whose name has this in it. */
+                /** @description Only actions of callers whose name contains this. */
                 caller?: string | null;
-                /** @description Only those for this body or group with its line, or robot: arm.3F, r1. */
+                /** @description Only actions on this body or group with its line, or robot: arm.3F, r1. */
                 target?: string | null;
-                /** @description Only those not before this time. */
+                /** @description Only actions at or after this time. */
                 since?: string | null;
-                /** @description Only those before this time. */
+                /** @description Only actions before this time. */
                 until?: string | null;
-                /** @description Only those older than this cursor. */
+                /** @description Only actions older than this cursor. */
                 cursor?: string | null;
                 limit?: number;
             };
@@ -31705,9 +31705,9 @@ export interface operations {
     getShift: {
         parameters: {
             query?: {
-                /** @description Its begin; left out, eight hours before the end. */
+                /** @description Beginning of the shift; left out, eight hours before its end. */
                 since?: string | null;
-                /** @description Its end; left out, now. */
+                /** @description End of the shift; left out, now. */
                 until?: string | null;
                 /** @description Only this body, robot, or all that is on this line: arm.3F, r1, line1. */
                 target?: string | null;
@@ -31750,9 +31750,9 @@ export interface operations {
     downloadShift: {
         parameters: {
             query?: {
-                /** @description Its begin; left out, eight hours before the end. */
+                /** @description Beginning of the shift; left out, eight hours before its end. */
                 since?: string | null;
-                /** @description Its end; left out, now. */
+                /** @description End of the shift; left out, now. */
                 until?: string | null;
                 /** @description Only this body, robot, or all that is on this line: arm.3F, r1, line1. */
                 target?: string | null;
