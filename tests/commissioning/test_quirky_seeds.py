@@ -65,7 +65,7 @@ MAY: Final[Mapping[str, frozenset[str]]] = MappingProxyType(
 STILL: Final[Mapping[str, frozenset[str]]] = MappingProxyType(
     dict.fromkeys(("late-replies", "turnaround", "copies-of-replies", "copies-of-answers"), SLOW)
 )
-"""Violations that they may find with the change: a line on which replies, or copies of them, come so late is slow."""
+"""Violations that they may find with the change: a line with replies, or copies of them, so late is slow."""
 
 ALL: Final = {(it.line_id, it.slug): it for it in (*CASES, *DEEDS)}
 
