@@ -65,7 +65,7 @@ class Gateway(Operations):
         key = key or os.environ.get("MOTION_GATEWAY_KEY")
         self._timeout_s = timeout
         self._tokens: list[str] = []
-        """Of the leases that last."""
+        """The heartbeats of the leases that last."""
         self._http = http or httpx.Client(base_url=url, timeout=timeout, limits=LIMITS)
         if key:
             self._http.headers["Authorization"] = f"Bearer {key}"
