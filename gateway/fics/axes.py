@@ -1,6 +1,6 @@
 """The axes of a unit: their names, what each is counted in, and which motors move them."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any, Literal, TypeVar
 
 from gateway.core.errors import InvalidRequest, NotFound
@@ -15,9 +15,13 @@ V = TypeVar("V")
 Coordinates = Literal["user", "motor"]
 Places = Mapping[str, float | None]
 """By axis; None while its place is not known."""
+Tell = Callable[[str, dict[str, Any]], object]
+"""Publishes an event of a robot, by its type and its data."""
 
 DISPLAYED = 0.01
 """The smallest amount a robot displays, in mm and degrees: an assumption. Pulses are whole."""
+NOISE_DIGITS = 6
+"""Decimals behind these are those of binary numbers, not of places."""
 
 
 class UnitAxes:

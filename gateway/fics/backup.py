@@ -12,9 +12,9 @@ from gateway.core.errors import Misplaced
 from gateway.core.readings import ProgressListener
 from gateway.core.restore_record import Difference
 from gateway.fics import settings
+from gateway.fics.agreement import same_number
 from gateway.fics.axes import DISPLAYED
 from gateway.fics.errors import RobotBusy
-from gateway.fics.read_back import same_number
 from gateway.fics.robot import Robot
 from gateway.fics.settings import SETTINGS, SMOOTH, SettingsChange
 from gateway.fics.units import RobotUnit
@@ -91,7 +91,7 @@ async def read(robot: Robot, wanted: RobotContents, on_read: OnRead = lambda: No
         if sections.settings is not None:
             held.settings = await _settings(unit, on_read)
         if sections.positions is not None:
-            held.positions = await _positions(robot, unit, on_read, sections.positions)
+            held.positions = await _positions(unit, on_read, sections.positions)
         found.units[number] = held
     return found
 
@@ -109,9 +109,7 @@ def _bare(value: Any) -> float:
     return float(getattr(value, "value", value))
 
 
-async def _positions(
-    robot: Robot, unit: RobotUnit, on_read: OnRead, wanted: Iterable[int] = ()
-) -> dict[int, Values]:
+async def _positions(unit: RobotUnit, on_read: OnRead, wanted: Iterable[int] = ()) -> dict[int, Values]:
     """Read the table, until `GAP` numbers behind those that are set or wanted are not set.
 
     A robot ends its list at a number that is not set, and there may be more behind it.
@@ -119,7 +117,7 @@ async def _positions(
     found: dict[int, Values] = {}
     first, last = 1, max(wanted, default=0)
     while first <= min(last + GAP, LAST_POSITION):
-        for number, coordinates in await robot.positions(first, LAST_POSITION, unit.number):
+        for number, coordinates in await unit.positions(first, LAST_POSITION):
             found[number] = _by_axis(unit, coordinates)
             first, last = number + 1, max(number, last)
             on_read()
@@ -172,9 +170,9 @@ async def text_of(robot: Robot, on_read: OnRead = lambda: None) -> str:
     :raises RobotBusy: it has lost its power meanwhile, so that not all was read of one state.
     :raises GatewayError: it was not read.
     """
-    losses = robot.power.losses
+    losses = robot.known.power.losses
     contents = await read(robot, whole(robot), on_read)
-    if robot.power.losses != losses:
+    if robot.known.power.losses != losses:
         raise RobotBusy(f"{robot.id} has lost its power while it was read.", "Read the backup again.")
     named = f" ({robot.name})" if robot.name else ""
     parts = [f"\n; /robots/{robot.id}{named}\n[{KIND} {robot.id}]\n"]

@@ -10,15 +10,15 @@ from gateway.core.lanes import Lane
 from gateway.core.origin import Origin, current
 from gateway.core.restores import Comparison, ComparisonListener, Watcher
 from gateway.fics import backup, settings
-from gateway.fics.asking import deadline_of
 from gateway.fics.axes import at_rest
 from gateway.fics.backup import RobotContents, UnitContents
+from gateway.fics.conversation import deadline_of
 from gateway.fics.errors import NotDone, RobotBusy, RobotPositionsDiffer
 from gateway.fics.exchange import FicsExchange
 from gateway.fics.robot import Robot
 from gateway.fics.settings import SettingsChange
+from gateway.fics.tables import UPLOAD, runs_of
 from gateway.fics.units import RobotUnit
-from gateway.fics.uploads import UPLOAD, runs_of
 from protocols.fics.positions import BeginPositionUpload, ClearPositions, EndPositionUpload
 from protocols.fics.row import FicsCommand
 from protocols.fics.system import HostMode, SelectUnit
@@ -76,7 +76,7 @@ class RobotRestore:
         :raises GatewayError: it did not tell.
         """
         self.robot.line.require_fit()
-        self.robot.motion.require_still(UPLOAD)
+        self.robot.known.motion.require_still(UPLOAD)
         for unit in self.robot.units:
             if not at_rest((await unit.status()).values()):
                 raise RobotBusy(f"{unit.address} moves; nothing was changed.", "Wait for standstill.")
@@ -95,11 +95,11 @@ class RobotRestore:
         if lasting:
             raise InvalidRequest(NO_FLASH)
         for _ in range(READINGS):
-            losses = self.robot.power.losses
+            losses = self.robot.known.power.losses
             self.held = await backup.read(self.robot, self.wanted, reader.has_read)
             if sure:
                 await self._confirm(reader)
-            if await self._has_kept_power() and self.robot.power.losses == losses:
+            if await self._has_kept_power() and self.robot.known.power.losses == losses:
                 break
         else:
             raise RobotBusy(f"{self.address} loses its power again and again.", "See to its power supply.")
@@ -116,7 +116,7 @@ class RobotRestore:
     async def _has_kept_power(self) -> bool:
         async with self.robot.line.sequence_lock.held(Lane.COMMAND, deadline_of(Lane.COMMAND)):
             try:
-                await self.robot.power.see()
+                await self.robot.conversation.prepare([self.robot.known.power.mode_kept()])
             except PowerCycled:
                 return False
         return True

@@ -5,10 +5,10 @@ from typing import Any, Final, NamedTuple
 
 from gateway.core.errors import ControllerRefused, GatewayError
 from gateway.core.lanes import Lane
-from gateway.fics.asking import Asking
 from gateway.fics.axes import Coordinates, Places
-from gateway.fics.commander import STATE_FORBIDS
-from gateway.fics.ramps import SMOOTH
+from gateway.fics.conversation import STATE_FORBIDS
+from gateway.fics.knowledge import Knowledge
+from gateway.fics.motion_state import SMOOTH
 from gateway.fics.units import RobotUnit
 from protocols.fics import motor_axes, speeds
 from protocols.fics.notation import AxisSystem
@@ -55,10 +55,10 @@ AxisDurations = dict[str, AxisDuration]
 class Durations:
     """How fast the axes of a robot go, kept from when it was read until a setting may have changed."""
 
-    def __init__(self, asking: Asking) -> None:
-        self._asking = asking
+    def __init__(self, known: Knowledge) -> None:
+        self._known = known
         self._read_at = 0
-        """What `Asking.settings_changed` was then."""
+        """What `Knowledge.settings_changed` was then."""
         self._kept: dict[tuple[int, Coordinates], AxisDurations] = {}
 
     async def longest_s(
@@ -72,9 +72,9 @@ class Durations:
 
     async def _of(self, unit: RobotUnit, coordinates: Coordinates) -> AxisDurations:
         """How fast the axes of a unit go; empty where the robot does not tell it now."""
-        if self._read_at != self._asking.settings_changed:
+        if self._read_at != self._known.settings_changed:
             self._kept.clear()
-            self._read_at = self._asking.settings_changed
+            self._read_at = self._known.settings_changed
         key = unit.number, coordinates
         if key not in self._kept:
             try:

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import Any
+from typing import Any, TypeVar
 
 from gateway import texts
 from gateway.core.errors import (
@@ -20,6 +20,7 @@ from gateway.core.errors import (
 )
 from gateway.texts import Text
 from protocols.fics.errors import lookup
+from protocols.fics.link import FicsRefusal, SystemFailure
 from protocols.fics.row import FicsCommand
 from protocols.table import Retry
 
@@ -28,6 +29,7 @@ LASTING = frozenset({"E05", "E06", "E07", "E08", "E09", "E11", "E12"})
 IN_MOTION = "E01"
 """How what the manual forbids during motion is refused (C-HOST manual 1-7)."""
 CANNOT_BE_CARRIED_OUT = "E10"
+T = TypeVar("T")
 HOME_FIRST = texts.text("refusals.home-first").en
 
 
@@ -36,6 +38,24 @@ def refused(robot_id: str, command: FicsCommand[Any], error: str) -> ControllerR
     if command.rules_out(error):
         return CommandGarbled(robot_id, command.wire_name(), error, lookup(error))
     return ControllerRefused(robot_id, command.wire_name(), error, lookup(error), lasting=error in LASTING)
+
+
+def answered(
+    robot_id: str, command: FicsCommand[Any], outcome: T | FicsRefusal | SystemFailure | GatewayError
+) -> T:
+    """Give the answer of a robot.
+
+    :raises ControllerRefused: the robot has refused the command.
+    :raises RobotFailed: the command ended with an error of the system.
+    :raises GatewayError: there is no answer; the error says why.
+    """
+    if isinstance(outcome, FicsRefusal):
+        raise refused(robot_id, command, outcome.error)
+    if isinstance(outcome, SystemFailure):
+        raise RobotFailed(robot_id, command.wire_name(), outcome.error)
+    if isinstance(outcome, GatewayError):
+        raise outcome
+    return outcome
 
 
 class RefusedBefore(ControllerRefused):
@@ -163,6 +183,7 @@ class UnitMissing(UnitNotSelected):
     retryable = False
 
     def __init__(self, robot_id: str, unit: int) -> None:
+        self.unit = unit
         super().__init__(
             f"Robot {robot_id} says that it has no unit {unit}; nothing more was sent.",
             f"Take unit {unit} of {robot_id} out of the configuration, or correct its number, and reload it.",

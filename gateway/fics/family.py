@@ -152,7 +152,8 @@ class Fics(Controllers[Robot]):
             bits=Bits(it.status_bits, it.sensor_bits),
             macros=Macros(it.macros or {}),
         )
-        robot.power.on_memory = self.site.known.keep(it.id, robot.power)
+        power = robot.known.power
+        power.on_memory = self.site.known.keep(it.id, power)
         return line
 
     def _publish_restore(self, what: str, restore: Restore) -> None:

@@ -42,7 +42,7 @@ class UnitSource(LiveSource):
 
     async def read(self, _: Sequence[LiveSource]) -> list[LiveSource]:
         """Ask, and put what was told."""
-        if len(self.robot.units) > 1 and self.robot.selection.unit != self.unit.number:
+        if len(self.robot.units) > 1 and self.robot.known.unit.number != self.unit.number:
             return []
         places, at = await self.unit.position_at(lane=Lane.BACKGROUND)
         axes = {axis: LiveAxis(value=place, unit=self.unit.systems[axis]) for axis, place in places.items()}
@@ -75,7 +75,7 @@ class ChannelSource(LiveSource):
 
     async def read(self, _: Sequence[LiveSource]) -> list[LiveSource]:
         """Ask, put what was told, and tell what has changed; outputs only for watchers."""
-        asking = self.robot.asking
+        asking = self.robot.conversation
         asked = await asking.ask(GetInputChannel(channel=CHANNEL), lane=Lane.BACKGROUND)
         inputs = asked.replies[0].bits
         self._tell_edges(inputs)

@@ -1,21 +1,52 @@
-"""What moves, whose motion it is, and what keeps the next one from beginning."""
+"""The motion of a robot as far as is known, and the reasons why the next motion must not begin."""
 
 import asyncio
-from collections.abc import Callable
-from typing import Any
+from collections.abc import Sequence
+from typing import Any, Final
 
+from gateway.fics.axes import Tell, UnitAxes
 from gateway.fics.errors import RobotBusy
-from gateway.fics.move_record import RobotMove
-from gateway.fics.ramps import Ramps
+from protocols.fics.axis_settings import AxisTimes
 from protocols.fics.homing import HomeRobot
 from protocols.fics.jog import StartJog
 from protocols.fics.macros import RunMacro
+from protocols.fics.motor_axes import GetMotorDecelerationTimes
 from protocols.fics.row import Block, FicsCommand
-
-Tell = Callable[[str, dict[str, Any]], object]
-"""Type and data of an event of a robot."""
+from protocols.fics.speeds import GetDecelerationTimes
 
 MOVES_ALL_UNITS = HomeRobot, RunMacro
+SMOOTH = 2.0
+"""An S-curve takes up to so many times as long as a straight ramp: an assumption."""
+QUESTIONS: Final[Sequence[FicsCommand[AxisTimes]]] = (GetDecelerationTimes(), GetMotorDecelerationTimes())
+_CODES: Final = frozenset(it.code for it in QUESTIONS)
+"""Of the questions, and of the commands that set the times."""
+
+
+class Ramps:
+    """The deceleration times of a robot as told last: in motion it tells none (C-HOST manual 1-7)."""
+
+    def __init__(self) -> None:
+        self._times_ms: dict[tuple[int, str], Sequence[float]] = {}
+        """By unit and command."""
+
+    @property
+    def longest_s(self) -> float | None:
+        """The seconds that a decelerating stop may take; None where the robot has told nothing."""
+        times_ms = [time for times in self._times_ms.values() for time in times]
+        return SMOOTH * max(times_ms) / 1000 if times_ms else None
+
+    def unknown_of(self, unit: UnitAxes) -> list[FicsCommand[AxisTimes]]:
+        """The questions that a unit has not answered yet."""
+        return [it for it in QUESTIONS if (unit.number, it.code) not in self._times_ms]
+
+    def note(self, unit: UnitAxes, command: FicsCommand[Any], reply: AxisTimes) -> None:
+        """Note what a unit has told, whoever has asked."""
+        if command.code in _CODES:
+            self._times_ms[unit.number, command.code] = reply.times_ms
+
+    def forget(self) -> None:
+        """Believe them no more: settings that were not stored are lost with the power."""
+        self._times_ms.clear()
 
 
 class MotionState:
@@ -37,8 +68,6 @@ class MotionState:
         self.idle = asyncio.Event()
         """No unit has a move that is not over."""
         self.idle.set()
-        self.moves: dict[int, RobotMove] = {}
-        """By unit, the move that is not over yet."""
         self.still: set[int] = set()
         """The units that stood still when last asked; nothing was sent since that could move them."""
         self.tables_change = asyncio.Lock()
@@ -80,16 +109,6 @@ class MotionState:
         self.foreign = False if self.unit in self.still else None
         if self.foreign is None:
             self.poll_soon()
-
-    def begin_move(self, unit: int, move: RobotMove) -> None:
-        """A move of a unit was asked for."""
-        self.moves[unit] = move
-        self.idle.clear()
-
-    def end_move(self, unit: int) -> None:
-        """The move of a unit is over."""
-        self.moves.pop(unit, None)
-        self.idle.set()
 
     # what was seen
 

@@ -21,6 +21,7 @@ from gateway.core.lanes import Lane
 from gateway.core.move_record import MoveStatus
 from gateway.core.move_runs import MoveRuns
 from gateway.core.origin import working
+from gateway.core.preparation import in_time
 from gateway.core.silence import Silence
 from gateway.core.verdicts import (
     AXES,
@@ -37,6 +38,7 @@ from gateway.core.verdicts import (
     judge,
 )
 from gateway.fics.axes import at_rest, in_trouble
+from gateway.fics.conversation import Accepted
 from gateway.fics.durations import PATIENCE, PATIENCE_S
 from gateway.fics.errors import (
     CANNOT_BE_CARRIED_OUT,
@@ -47,12 +49,10 @@ from gateway.fics.errors import (
     refused,
 )
 from gateway.fics.exchange import Outcome, RobotAnswered
-from gateway.fics.motions import Accepted, in_time
 from gateway.fics.move_record import RobotMove
 from gateway.fics.power import ACKNOWLEDGE
-from gateway.fics.proofs import PlaceProof
 from gateway.fics.robot import Robot
-from gateway.fics.targets import require_known, target_of
+from gateway.fics.targets import PlaceProof, places_it_needs, target_of
 from gateway.fics.units import RobotUnit
 from gateway.fics.upload_state import OF_AN_END_IN_VAIN
 from protocols.fics.homing import HomeRobot
@@ -89,7 +89,7 @@ class MoveRun:
         self.robot, self.unit = robot, unit
         self._command = command
         self._move = move
-        self._motions, self._line = robot.motions, robot.line
+        self._talk, self._line = robot.conversation, robot.line
         self._runs = runs
         self._epoch = self._line.stop_epoch
         self.begun: asyncio.Future[GatewayError | None] = asyncio.get_running_loop().create_future()
@@ -110,10 +110,10 @@ class MoveRun:
         try:
             with (
                 preparing(self._move.robot_id, self._command),
-                self._motions.sending(self._command, self.unit),
+                self._talk.sending(self._command, self.unit),
             ):
                 await in_time(expires_at, self._wait_to_know_the_way())
-                accepted = await self._motions.begin(
+                accepted = await self._talk.begin(
                     self._command,
                     self.unit,
                     epoch=self._epoch,
@@ -128,17 +128,17 @@ class MoveRun:
             with working("followers"):
                 await self._follow(accepted)
         finally:
-            self._motions.end(accepted)
+            self._talk.end(accepted)
             self._tell(None)
 
     async def take_over(self) -> None:
         """Follow a move of an earlier life, whose answer will not come, by what the axes do."""
-        self._motions.state.begin(self._command, self.unit.number)
+        self.robot.known.motion.begin(self._command, self.unit.number)
         self._tell(None)
         try:
             await self._resolve(restarted_in_motion(self._move.robot_id))
         finally:
-            self._motions.end()
+            self._talk.end()
 
     def _end(self, finding: Finding, error: GatewayError | None = None, **more: Any) -> None:
         """End the move by what was found, unless it is over."""
@@ -158,8 +158,8 @@ class MoveRun:
         """Nobody follows it any more: what is not written yet never is."""
         cancelled = Cancelled(f"{why} Nothing was sent.", "Try again.")
         self._line.cancel(lambda it: it.lane is Lane.COMMAND, cancelled)
-        if self.robot.motion.command is self._command:
-            self._motions.end()
+        if self.robot.known.motion.command is self._command:
+            self._talk.end()
 
     def _tell(self, refusal: GatewayError | None) -> None:
         if not self.begun.done():
@@ -193,9 +193,10 @@ class MoveRun:
             ) from None
         move.start_position = move.position = start
         if None in start.values():
-            await self._motions.see_power()  # what has lost its power is not merely unhomed
+            await self._talk.see_power()  # what has lost its power is not merely unhomed
         move.target_position = target_of(unit, self._command, start, stored)
-        await require_known(unit, self._command, start, move.target_position)
+        needed = places_it_needs(unit, self._command, start, move.target_position)
+        await unit.require_places(needed, self._command)
         if move.target_position:
             target = move.target_position
             move.longest_s = await self.robot.durations.longest_s(unit, move.coordinates, start, target)
@@ -223,7 +224,7 @@ class MoveRun:
             if not accepted.outcome.done():
                 # Commands are taken in their order: with this answer a refusal would have come.
                 self._moves()
-            await asyncio.wait({accepted.outcome}, timeout=self._motions.poll_interval_s)
+            await asyncio.wait({accepted.outcome}, timeout=self.robot.poll_interval_s)
         await self._conclude(accepted.outcome.result())
 
     async def _leave_refusal(self) -> None:
@@ -232,7 +233,7 @@ class MoveRun:
             return
         known = [place for place in (self._move.start_position or {}).values() if place is not None]
         if not known and not isinstance(self._command, HomeRobot):
-            self._left = await self._motions.leave_refusal(VERIFY)
+            self._left = await self._talk.leave_refusal(VERIFY)
 
     def _moves(self) -> None:
         """The axes were seen to move."""
@@ -263,7 +264,7 @@ class MoveRun:
         After a loss of power they are asked, too: only what was seen is told of them.
         """
         loop, line = asyncio.get_running_loop(), self._line
-        longest_s = line.reply_timeout_s + line.late_reply_s + self._motions.poll_interval_s
+        longest_s = line.reply_timeout_s + line.late_reply_s + self.robot.poll_interval_s
         silence = Silence(loop.time(), longest_s)
         while not silence.too_long:
             axes = None
@@ -272,15 +273,15 @@ class MoveRun:
             except GatewayError as error:
                 silence.unanswered(loop.time(), silent=line.shows_silence(error))
             unasked_s = silence.silent_s + silence.out_of_reach_s
-            if self._motions.power.cycled and (axes is not None or unasked_s > line.late_reply_s):
+            if self.robot.known.power.cycled and (axes is not None or unasked_s > line.late_reply_s):
                 self._lose_sight(
-                    _seen(axes), happened=self._motions.power.what_happened(), acknowledge=ACKNOWLEDGE
+                    _seen(axes), happened=self.robot.known.power.what_happened(), acknowledge=ACKNOWLEDGE
                 )
                 return None
             if axes is not None:
                 return axes
             self._tell(None)  # its client need not wait longer
-            await asyncio.sleep(self._motions.poll_interval_s)
+            await asyncio.sleep(self.robot.poll_interval_s)
         sight = Sight.SILENT if silence.of_body else Sight.OUT_OF_REACH
         begun = Begun.SEEN if self._doubt is None else Begun.IN_DOUBT
         self._lose_sight(Unseen(sight, begun=begun), who=self._move.robot_id, unheard=silence.told)
@@ -291,7 +292,7 @@ class MoveRun:
         axes = await self._status()
         while axes is not None and not at_rest(axes):
             self._moves()
-            await asyncio.sleep(self._motions.poll_interval_s)
+            await asyncio.sleep(self.robot.poll_interval_s)
             axes = await self._status()
         return axes
 
@@ -360,7 +361,7 @@ class MoveRun:
             self._move.evidence.append("The answer of the robot stayed away.")
         if await self._lost_power():
             return
-        told = await self._motions.errors.poll()
+        told = await self._talk.poll_error()
         if self._left == self._line.unheard and told in OF_AN_END_IN_VAIN:
             self._power_kept = True
             self._move.evidence.append(
@@ -375,7 +376,7 @@ class MoveRun:
     async def _lost_power(self) -> bool:
         """Whether the move is lost with the power; the robot may prove that it was kept."""
         try:
-            self._power_kept = await self._motions.see_power(self.unit)
+            self._power_kept = await self._talk.see_power(self.unit)
         except PowerCycled:
             await self._status()  # it is lost with that
             return True
@@ -385,7 +386,7 @@ class MoveRun:
 
     async def _weigh(self, axes: list[AxisStatus]) -> None:
         """Nobody has stopped the axes: see what they tell of how it ended."""
-        error = self._motions.errors.latched
+        error = self.robot.known.error.latched
         if error is not None:
             await self._failed(error.code or "999", looked=True)
         elif any(map(in_trouble, axes)):
@@ -411,8 +412,8 @@ class MoveRun:
         """It has ended with an error of the system: that of a stop, or another."""
         await self._read_position()
         if not looked:
-            await self._motions.errors.poll()
-        text = self._motions.errors.details_of(code)
+            await self._talk.poll_error()
+        text = self.robot.known.error.details_of(code)
         failure = RobotFailed(self._move.robot_id, self._move.command, code, text)
         if self._places().stayed():
             failure.moved = "no"

@@ -55,8 +55,8 @@ class RobotMoves(MoveRuns[MoveRun, RobotMove]):
         """
         robot.line.require_fit()
         check(unit, command)
-        robot.motions.require_fit(command)
-        if not robot.motion.idle.is_set():
+        robot.known.require_fit(command)
+        if not robot.known.motion.idle.is_set():
             raise RobotBusy(f"A move of {robot.id} is not over; nothing was sent.", "Wait for it or stop it.")
         move = _new(robot, unit, command)
         run = MoveRun(robot, unit, command, move, self)
@@ -90,11 +90,12 @@ class RobotMoves(MoveRuns[MoveRun, RobotMove]):
         self._on_trajectory()
 
     def _claim(self, who: MoveRun, move: RobotMove, /) -> None:
-        who.robot.motion.begin_move(who.unit.number, move)
+        who.unit.move = move
+        who.robot.known.motion.idle.clear()
 
     def _free(self, who: MoveRun) -> None:
-        who.unit.trajectory = None
-        who.robot.motion.end_move(who.unit.number)
+        who.unit.move = who.unit.trajectory = None
+        who.robot.known.motion.idle.set()
         self._on_trajectory()
 
     def _lose(self, who: MoveRun, why: str, /) -> None:

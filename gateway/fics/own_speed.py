@@ -31,7 +31,7 @@ async def at_own_speed(
         yield request
         return
     epoch = robot.line.stop_epoch
-    robot.motion.require_still(request.command(unit))
+    robot.known.motion.require_still(request.command(unit))
     async with robot.own_speed:
         setting = SETTINGS[_SETTING[getattr(request, "coordinates", "user")]]
         found = getattr(await unit.read(setting.read()), setting.field)

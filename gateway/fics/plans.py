@@ -14,7 +14,7 @@ from gateway.fics.durations import PER_SECOND, ROWS
 from gateway.fics.errors import NotHomed, PositionUnknown
 from gateway.fics.move_record import check
 from gateway.fics.soft_limits import crossed_limits
-from gateway.fics.targets import end_of, require_known, target_of
+from gateway.fics.targets import end_of, places_it_needs, target_of
 from gateway.fics.units import RobotUnit
 from protocols.fics import speeds
 from protocols.fics.motor_axes import MoveMotorsRelative
@@ -110,7 +110,7 @@ async def _foresee(plan: PlannedRobotMove, unit: RobotUnit, command: FicsCommand
         if stored is None:
             raise NotCalculable(f"It would be refused: position {command.position} is not set.")
     plan.target_position = target = target_of(unit, command, start, stored)
-    await require_known(unit, command, start, target)
+    await unit.require_places(places_it_needs(unit, command, start, target), command)
     end = end_of(unit, command, start, target) or {}
     if crossed := await crossed_limits(unit, plan.coordinates, end):
         raise NotCalculable(f"It would be refused: {', and '.join(it.said.en for it in crossed)}.")

@@ -9,29 +9,22 @@ from gateway.core.errors import InvalidRequest
 from gateway.core.events import Data, Event
 from gateway.core.jogs import JogNews
 from gateway.core.lanes import Lane
-from gateway.core.own_faults import await_each_logging, run_all_then_raise, run_each_logging
+from gateway.core.own_faults import await_each_logging, run_each_logging
 from gateway.core.stops import StopMode
-from gateway.fics.asking import Answers, Asking, answered_now, deadline_of
 from gateway.fics.axes import UnitAxes, unit_of
 from gateway.fics.bits import Bits
-from gateway.fics.commander import Commander
-from gateway.fics.downloads import download
+from gateway.fics.conversation import Answers, Conversation, answered_now, deadline_of
 from gateway.fics.durations import Durations
-from gateway.fics.edges import AxisEdges
 from gateway.fics.errors import NotDone
 from gateway.fics.exchange import ReplyFrame, RobotAnswered
 from gateway.fics.jogs import RobotJogs
+from gateway.fics.knowledge import Knowledge
 from gateway.fics.line import FicsLine
 from gateway.fics.macros import Macros
-from gateway.fics.motion_state import MotionState
-from gateway.fics.motions import Motions
-from gateway.fics.power import RobotPower
-from gateway.fics.selection import Selection
 from gateway.fics.stops import RobotStopReport, RobotStops
-from gateway.fics.system_errors import RobotErrorRecord, SystemErrors
-from gateway.fics.tables import Tables
+from gateway.fics.system_errors import RobotErrorRecord
+from gateway.fics.tables import UPLOAD, Tables
 from gateway.fics.units import RobotUnit
-from gateway.fics.uploads import UPLOAD
 from protocols.fics.alarms import CurrentError, ResetErrors, TakeCurrentError
 from protocols.fics.jog import StartJog, StopJog
 from protocols.fics.link import Completion
@@ -41,7 +34,6 @@ from protocols.fics.positions import (
     ClearPositions,
     DownloadPositions,
     EndPositionUpload,
-    StoredPosition,
     UploadPosition,
 )
 from protocols.fics.row import FicsCommand
@@ -84,28 +76,24 @@ class Robot:
         self.line = line
         self.macros = macros or Macros()
         self._publish = publish
-        commander = Commander(robot_id, line, bits)
-        self.bits = commander.bits
-        self.motion = motion = MotionState(robot_id, self.publish)
-        self.errors = errors = SystemErrors(commander, self.publish)
-        self.power = power = RobotPower(units, commander, errors, self.publish)
-        self.selection = Selection([unit.number for unit in units], commander, motion, power, self.publish)
-        edges = AxisEdges(self.publish)
-        self.asking = Asking(units, commander, motion, self.selection, power, errors, edges)
-        self.units = [RobotUnit(axes, self.asking, motion) for axes in units]
-        self.tables = Tables(commander, motion, self.selection, self.asking)
-        self.motions = Motions(commander, motion, self.selection, power, errors, poll_interval_s)
-        self.durations = Durations(self.asking)
+        self.poll_interval_s = poll_interval_s
+        """How often what moves is looked at."""
+        self.known = Knowledge(robot_id, line, units, self.publish, bits)
+        self.conversation = talk = Conversation(robot_id, line, self.known)
+        self.units = [RobotUnit(axes, talk) for axes in units]
+        self.tables = Tables(talk)
+        self.durations = Durations(self.known)
         self.own_speed = asyncio.Lock()
         """Held from when the speed of a move is set until the move has begun."""
-        self.jogs = RobotJogs(self.units, self.motions, self.publish, partial(self.stop, "immediate"))
-        self.stops = RobotStops(self.units, self.motions, self.jogs, self.publish)
+        stop_now = partial(self.stop, "immediate")
+        self.jogs = RobotJogs(self.units, talk, self.publish, stop_now, poll_interval_s)
+        self.stops = RobotStops(self.units, talk, self.jogs, self.publish)
         line.on_change = self._line_changed
         line.on_stray = self._note_stray
 
     async def close(self) -> None:
         """Stop what jogs, give up repeating stops, and close the line; moves run on in the robot."""
-        work = self.jogs, self.stops, self.errors, self.line, self.asking
+        work = self.jogs, self.stops, self.line, self.conversation
         await await_each_logging(f"the end of {self.id}", *(it.close for it in work))
 
     # what it is now
@@ -123,7 +111,7 @@ class Robot:
     @property
     def moving(self) -> bool | None:
         """Whether it moves, as far as is known; None where it was not looked at since it was out of reach."""
-        return self.motion.moving
+        return self.known.motion.moving
 
     @property
     def moves_under_way(self) -> list[str]:
@@ -133,12 +121,12 @@ class Robot:
     @property
     def power_cycled(self) -> bool:
         """Whether it has lost its power, and nobody has acknowledged that yet."""
-        return self.power.cycled
+        return self.known.power.cycled
 
     @property
     def latched_error(self) -> RobotErrorRecord | None:
         """The error of the system that stands, as far as is known."""
-        return self.errors.latched
+        return self.known.error.latched
 
     def unit(self, number: int) -> RobotUnit:
         """Find a unit.
@@ -150,33 +138,33 @@ class Robot:
     # asking
 
     async def ask(self, command: FicsCommand[Any], unit: int | None = None) -> Reply | Completion:
-        """Send a command and give its reply, the first where there are several; errors as of `Asking.ask`."""
+        """Send a command and give its first reply; errors as of `Conversation.ask`."""
         replies = (await self.ask_all(command, unit)).replies
         return replies[0] if replies else Completion(command.wire_name())
 
     async def ask_all(self, command: FicsCommand[Any], unit: int | None = None) -> Answers:
-        """Send a command and give all its replies; errors as of `Asking.ask`."""
+        """Send a command and give all its replies; errors as of `Conversation.ask`."""
         _require_alone(command)
         if isinstance(command, TakeCurrentError):
-            taken = await self.errors.take(expires_at=deadline_of(Lane.COMMAND))
+            taken = await self.conversation.take_error(expires_at=deadline_of(Lane.COMMAND))
             return answered_now(RobotAnswered((CurrentError(error=taken),), texts=(taken,)))
         if isinstance(command, ResetErrors):
-            return await self.asking.reset_errors()
+            return await self.conversation.reset_errors()
         if isinstance(command, DownloadPositions):
-            return await download(self.asking, self._unit_of(command, unit), command)
+            return await self._unit_of(command, unit).download(command)
         if isinstance(command, ClearPositions):
             return await self.tables.clear(self._unit_of(command, unit), command)
-        return await self.asking.ask(command, unit)
+        return await self.conversation.ask(command, unit)
 
     async def read(self, query: FicsCommand[Any], unit: int | None = None) -> Any:
-        """Send a query and give its reply; errors as of `Asking.ask`."""
-        return (await self.asking.ask(query, unit)).replies[0]
+        """Send a query and give its reply; errors as of `Conversation.ask`."""
+        return (await self.conversation.ask(query, unit)).replies[0]
 
     async def change(
         self, command: FicsCommand[Any], unit: int | None = None, *, since: int | None = None
     ) -> Any:
-        """Send a setting and give what was read back; errors as of `Asking.change`."""
-        return await self.asking.change(command, unit, since=since)
+        """Send a setting and give what was read back; errors as of `Conversation.change`."""
+        return await self.conversation.change(command, unit, since=since)
 
     async def change_mode(self, mode: int) -> None:
         """Bring the robot into another mode until the gateway ends (C-HOST manual 1-1-1, 2-37).
@@ -188,7 +176,7 @@ class Robot:
         command = SetCommunicationMode(mode=mode)
         self.line.require_fit()
         async with self.line.sequence_lock.held(Lane.COMMAND, deadline_of(Lane.COMMAND)):
-            self.motion.require_still(command)
+            self.known.motion.require_still(command)
             if self.line.mode != mode:
                 self.line.change_mode(mode)
         found = (await self.read(GetCommunicationMode())).mode
@@ -196,7 +184,7 @@ class Robot:
             raise NotDone(f"{self.id} is in mode {found}, not in mode {mode}.", command)
 
     def _unit_of(self, command: FicsCommand[Any], unit: int | None) -> RobotUnit:
-        return self.unit(self.asking.only_unit(command) if unit is None else unit)
+        return self.unit(self.conversation.only_unit(command) if unit is None else unit)
 
     # what takes several commands
 
@@ -217,12 +205,8 @@ class Robot:
     async def positions(
         self, first: int = 1, last: int = LAST_POSITION, unit: int | None = None
     ) -> list[tuple[int, list[float | None]]]:
-        """Read the stored positions of a unit in turn; errors as of `download`."""
-        if not 1 <= first <= last <= LAST_POSITION:
-            raise InvalidRequest(f"Positions go from 1 to {LAST_POSITION}; nothing was sent.")
-        replies = (await self.ask_all(DownloadPositions(first=first, count=last - first + 1), unit)).replies
-        found = [list(it.coordinates) for it in replies if isinstance(it, StoredPosition)]
-        return list(enumerate(found, first))
+        """Read the stored positions of a unit in turn; errors as of `RobotUnit.positions`."""
+        return await self._unit_of(UPLOAD, unit).positions(first, last)
 
     # news
 
@@ -235,33 +219,26 @@ class Robot:
     def was_left_alone(self) -> None:
         """The gateway was held up for seconds: stop what jogs, and believe nothing read before."""
         self.jogs.end_all(JogNews.MISSED)
-        self._forget_what_may_change()
-
-    def _forget_what_may_change(self) -> None:
-        if self.motion.command is None:
-            self.selection.forget()  # in motion no other unit can be selected
-        self.motion.doubt()
+        self.known.doubt()
 
     def _line_changed(self, what: str, facts: dict[str, object]) -> None:
-        doubts = self._forget_what_may_change, self.asking.note_change, self.bits.compare_again
+        doubts = self.known.doubt, self.known.note_change, self.known.bits.compare_again
         run_each_logging(f"{what} of {self.id}", *doubts)
         if what == "robot.power_cycled":
-            lost = partial(self.power.lost, certain=True)
-            deeds: list[Callable[[], None]] = [self.selection.forget, self.motion.ramps.forget, lost]
-            run_all_then_raise(deeds)
+            self.known.power_lost()
         elif what.startswith("robot."):
             self.publish(what, dict(facts))
         else:
             if what == "line.up":
-                self.power.on_memory()
+                self.known.power.on_memory()
             self._publish(what, f"/lines/{self.line.id}", dict(facts), None)
 
     def _note_stray(self, frame: ReplyFrame) -> None:
         """An answer to no question of ours came: others may select units, or change the mode."""
         if frame.name == GetUnit.code:
-            self.selection.doubt()
+            self.known.unit.doubt()
         elif frame.name == GetCommunicationMode.code:
-            self.motion.poll_soon()
+            self.known.motion.poll_soon()
 
 
 def _require_alone(command: FicsCommand[Any]) -> None:

@@ -4,8 +4,7 @@ from collections.abc import Mapping
 from typing import Any, Final, Literal, NamedTuple
 
 from gateway.core.errors import ControllerRefused, GatewayError, InvalidRequest
-from gateway.fics.axes import Coordinates, Places
-from gateway.fics.targets import NOISE_DIGITS
+from gateway.fics.axes import NOISE_DIGITS, Coordinates, Places
 from gateway.fics.units import RobotUnit
 from gateway.texts import Text, text
 from protocols.fics.axis_settings import CoordinateSetting

@@ -25,16 +25,11 @@ from gateway.core.stops import (
     standstill_unknown,
 )
 from gateway.core.waiting import happens
-from gateway.fics.axes import Places, at_rest
-from gateway.fics.bits import Bits
+from gateway.fics.axes import Places, Tell, at_rest
+from gateway.fics.conversation import Conversation
 from gateway.fics.errors import UnitMissing
 from gateway.fics.exchange import Outcome, RobotAnswered
 from gateway.fics.jogs import RobotJogs
-from gateway.fics.line import FicsLine
-from gateway.fics.motion_state import Tell
-from gateway.fics.motions import Motions
-from gateway.fics.ramps import Ramps
-from gateway.fics.system_errors import SystemErrors
 from gateway.fics.units import RobotUnit
 from gateway.texts import Text, text
 from protocols.fics.link import FicsRefusal, SystemFailure
@@ -69,15 +64,17 @@ class RobotStopReport(BilingualReport):
 class RobotStops(StopsUnderWay[StopMode, "_RobotStop"]):
     """The stops of a robot that are under way. A second one of the same kind joins the first."""
 
-    def __init__(self, units: Sequence[RobotUnit], motions: Motions, jogs: RobotJogs, tell: Tell) -> None:
+    def __init__(
+        self, units: Sequence[RobotUnit], conversation: Conversation, jogs: RobotJogs, tell: Tell
+    ) -> None:
         super().__init__()
-        self._motion, self._errors, self._line = motions.state, motions.errors, motions.line
+        self._conversation, self._line = conversation, conversation.line
+        self._motion = conversation.known.motion
         self._jogs = jogs
-        bits, ramps = motions.commander.bits, motions.state.ramps
-        self._new = partial(_RobotStop, units, motions.line, motions.errors, bits, ramps, tell)
+        self._new = partial(_RobotStop, units, conversation, tell)
         self.was_proved = False
         """Whether the last stop was being proved already when it was called late."""
-        motions.commander.on_told = self._hear_error
+        conversation.on_told = self._hear_error
 
     def stop(self, mode: StopMode) -> "asyncio.Task[RobotStopReport]":
         """Stop all axes; a stop is queued before this returns, and nothing older is sent after it.
@@ -125,7 +122,7 @@ class RobotStops(StopsUnderWay[StopMode, "_RobotStop"]):
         return self._motion.confirm_stop, self._jogs.robot_stands_still
 
     async def _record(self, stop: "_RobotStop") -> None:
-        await await_each_logging(f"the stop of {stop.report.robot_id}", self._errors.poll)
+        await await_each_logging(f"the stop of {stop.report.robot_id}", self._conversation.poll_error)
         await happens(self._motion.idle, RECORD_WITHIN_S)
 
 
@@ -135,14 +132,12 @@ class _RobotStop(Stopping):
     def __init__(
         self,
         units: Sequence[RobotUnit],
-        line: FicsLine,
-        errors: SystemErrors,
-        bits: Bits,
-        ramps: Ramps,
+        conversation: Conversation,
         tell: Tell,
         mode: StopMode,
     ) -> None:
         self.report = RobotStopReport(robot_id=units[0].robot_id)
+        line, ramps = conversation.line, conversation.known.motion.ramps
         super().__init__(mode, self.report, line.admission.held_s)
         if mode == "decelerate" and ramps.longest_s is not None:
             self.note_ramp(ramps.longest_s)
@@ -150,7 +145,7 @@ class _RobotStop(Stopping):
         """Units that have told when they were last asked that they move."""
         self._told_at = 0.0
         """Its age when one has told so."""
-        self._units, self._line, self._errors, self._bits, self._tell = units, line, errors, bits, tell
+        self._units, self._conversation, self._line, self._tell = units, conversation, line, tell
         self._refusal: str | None = None
         """The error the robot refused it with, last."""
         self._said_at = self._judged_at = 0
@@ -209,7 +204,7 @@ class _RobotStop(Stopping):
         if self._line.mode != HostMode.VER_2:
             return
         with suppress(GatewayError):
-            await self._errors.take(Lane.STOP)
+            await self._conversation.take_error(Lane.STOP)
 
     def is_judged_by(self, asked_after: int) -> bool:
         """Whether the error that was asked for after so much would be that of its last writing."""
@@ -260,7 +255,11 @@ class _RobotStop(Stopping):
         """
         try:
             axes = (await unit.status(Lane.STOP)).values()
-            places = await unit.position("motor", Lane.STOP) if self._bits.may_brake(axes) else {}
+            places = (
+                await unit.position("motor", Lane.STOP)
+                if self._conversation.known.bits.may_brake(axes)
+                else {}
+            )
         except UnitMissing:
             return None  # the robot itself says that nothing is there to move
         except GatewayError as error:

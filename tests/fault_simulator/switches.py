@@ -26,8 +26,8 @@ from gateway.core.origin import Origin, acting
 from gateway.core.session import Session
 from gateway.door.keys import Keys
 from gateway.fics import move_runs
+from gateway.fics.conversation import Conversation
 from gateway.fics.line import FicsLine
-from gateway.fics.power import RobotPower
 from gateway.fics.stops import _RobotStop
 from gateway.rorze import move_proof
 from gateway.rorze.bodies import Body
@@ -286,7 +286,7 @@ def an_absence_is_a_loss_of_power(patch: Patch) -> None:
 
 
 def signs_of_power_are_not_looked_at(patch: Patch) -> None:
-    patch.setattr(RobotPower, "see_signs", _true)
+    patch.setattr(Conversation, "_see_signs", _true)
 
 
 SWITCHES = (

@@ -246,7 +246,7 @@ async def store(
         if expects is not None:
             expects(table_of(unit, held))
 
-    since = await robot.asking.as_expected(
+    since = await robot.conversation.as_expected(
         lambda: read(robot, unit.number, *known), require if expects else None
     )
     here: list[float | None] = []

@@ -237,7 +237,7 @@ async def change_robot_mode(robot: Robot, wanted: ModeChange) -> RobotInfo:
 @ROWS.post("/robots/{robot_id}/power-cycle/acknowledge", Right.OPERATE)
 async def acknowledge_power_cycle(plant: Plant, robot: Robot) -> RobotInfo:
     """Allow motion again after a loss of power, once the speeds are set: they are at 100 % since then."""
-    robot.power.acknowledge()
+    robot.known.power.acknowledge()
     plant.security.note(entries.POWER_CYCLE_ACKNOWLEDGED, robot.id)
     return _info(robot)
 
@@ -273,7 +273,7 @@ def _errors(robot: Robot) -> RobotErrors:
     return RobotErrors(
         robot_id=robot.id,
         errors=[] if standing is None else [standing],
-        looked_at=robot.errors.looked_at,
+        looked_at=robot.known.error.looked_at,
     )
 
 
@@ -290,8 +290,8 @@ def _info(robot: Robot) -> RobotInfo:
         moving=robot.moving,
         power_cycled=robot.power_cycled,
         error=robot.latched_error,
-        bit_mismatches=list(robot.bits.mismatches.values()),
-        missing_units=sorted(robot.selection.missing),
+        bit_mismatches=list(robot.known.bits.mismatches.values()),
+        missing_units=sorted(robot.known.unit.missing),
         units=[_unit_info(robot, unit) for unit in robot.units],
     )
 
@@ -302,7 +302,7 @@ def _unit_info(robot: Robot, unit: RobotUnit) -> UnitInfo:
         number=unit.number,
         axes=_axes(unit, unit.axes),
         motor_axes=_axes(unit, unit.motor_axes),
-        homed="yes" if robot.power.origins.are_complete(unit) else "unknown",
+        homed="yes" if robot.known.power.origins.are_complete(unit) else "unknown",
         move_id=unit.move.id if unit.move else None,
     )
 

@@ -271,7 +271,7 @@ async def test_a_move_that_is_lost_stays_lost() -> None:
         assert move.status is MoveStatus.LOST
         assert move.position is None
         assert rig.types("robot.move.")[-1] == "robot.move.lost"
-        assert rig.robot.motion.command is None
+        assert rig.robot.known.motion.command is None
 
 
 @in_virtual_time
@@ -436,7 +436,7 @@ def test_homing_is_done_where_places_are_known_then(mode: int) -> None:
                 assert (await rig.move(HomeRobot())).status is MoveStatus.SUCCEEDED
             rig.power_cycle()
             await asyncio.sleep(6)
-            rig.robot.power.acknowledge()
+            rig.robot.known.power.acknowledge()
             move = await rig.start(HomeRobot())
             await asyncio.sleep(0.5)
             rig.power_cycle()

@@ -1,18 +1,13 @@
-"""What a robot was told, read back and compared: silence and E00 confirm nothing (C-HOST manual 1-1-1)."""
+"""Whether a robot tells what it was told: the question that reads a command back, and the comparison."""
 
 from itertools import zip_longest
 from math import isclose
 from typing import Any, Final
 
-from gateway.core.errors import GatewayError, NoReply
 from gateway.fics.axes import DISPLAYED
-from gateway.fics.commander import Commander
-from gateway.fics.errors import NotDone, NotReadBack
-from gateway.fics.exchange import Outcome
 from protocols.fics.axis_settings import CoordinateSetting
 from protocols.fics.commands import COMMANDS
 from protocols.fics.inputs_outputs import ChannelBits, GetOutputChannel, SwitchOutput
-from protocols.fics.link import FicsRefusal, SystemFailure
 from protocols.fics.row import FicsCommand
 from protocols.fics.system import SelectUnit, UnitNumbers
 from protocols.table import Reply
@@ -31,32 +26,6 @@ def query_of(command: FicsCommand[Any]) -> FicsCommand[Any] | None:
         if row.is_query():
             return row(**{field: getattr(command, field) for field in row.model_fields})
     return None
-
-
-async def read_back(commander: Commander, command: FicsCommand[Any], said: Outcome, epoch: int) -> Outcome:
-    """Give what has become of a command that was `said`: its answer is then what was read back.
-
-    A refusal stands, and so does what was not sent. The sequence lock is held, and the unit is selected.
-    """
-    if isinstance(said, FicsRefusal | SystemFailure) or (
-        isinstance(said, GatewayError) and not isinstance(said, NoReply)
-    ):
-        return said
-    query = query_of(command)
-    if query is None:
-        return said if isinstance(said, NoReply) or said.confirmed else _unproved(commander, command)
-    if commander.line.stop_epoch != epoch:
-        return said if isinstance(said, NoReply) else NotReadBack(_sent(commander, command), _stop_came())
-    for _ in range(READINGS):
-        try:
-            answer = await commander.ask(query, epoch, fresh=True)
-        except GatewayError as unread:
-            return said if isinstance(said, NoReply) else NotReadBack(_sent(commander, command), unread)
-        (reply,) = answer.replies
-        if tells(command, reply):
-            return answer
-    told = f"{query.wire_name()} {reply.written()}"
-    return NotDone(f"{_sent(commander, command)}, and it tells {told}: that was not done as asked.", command)
 
 
 def tells(command: FicsCommand[Any], reply: Reply) -> bool:
@@ -85,19 +54,3 @@ def same_number(wanted: float, found: float, step: float = 0.0) -> bool:
     if step:
         return abs(wanted - found) < step * (1 - PRECISION)
     return isclose(wanted, found, rel_tol=PRECISION, abs_tol=PRECISION)
-
-
-def _sent(commander: Commander, command: FicsCommand[Any]) -> str:
-    return f"{command.text()} was sent to {commander.robot_id}"
-
-
-def _stop_came() -> GatewayError:
-    return GatewayError("a stop came first.")
-
-
-def _unproved(commander: Commander, command: FicsCommand[Any]) -> NoReply:
-    return NoReply(
-        f"{_sent(commander, command)}, which Ver.2 does not answer, and nothing tells whether it was done.",
-        "Look whether it was.",
-        command,
-    )
