@@ -1,12 +1,14 @@
 """The axes of a unit: their names, what each is counted in, and which motors move them."""
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from typing import Any, Literal, TypeVar
+from typing import Annotated, Any, Literal, NamedTuple, TypeVar
+
+from pydantic import Field
 
 from gateway.core.errors import InvalidRequest, NotFound
 from protocols.fics.jog import StepAxis
 from protocols.fics.motor_axes import MoveMotorsAbsolute, MoveMotorsRelative
-from protocols.fics.notation import AxisSystem, Quantity
+from protocols.fics.notation import AxisSystem, Quantity, Unit
 from protocols.fics.row import FicsCommand
 from protocols.fics.status import AxisStatus, MotionMode
 
@@ -121,6 +123,22 @@ class UnitAxes:
             raise InvalidRequest(f"{where}: pulses are whole, {value:g} is not; nothing was sent.")
 
 
+class AxisDuration(NamedTuple):
+    """How long an axis takes."""
+
+    speed: float
+    """Units of position a second."""
+    ramps_s: float
+    """Both ramps at their longest."""
+
+    def seconds(self, distance: float) -> float:
+        """How long a distance takes at most."""
+        return distance / self.speed + self.ramps_s if distance else 0.0
+
+
+AxisDurations = dict[str, AxisDuration]
+
+
 U = TypeVar("U", bound=UnitAxes)
 
 
@@ -144,3 +162,7 @@ def at_rest(axes: Iterable[AxisStatus]) -> bool:
 def in_trouble(axis: AxisStatus) -> bool:
     """Whether the status of an axis tells of an error."""
     return bool(axis.driver_error) or axis.motion_mode == MotionMode.STOPPED
+
+
+RobotId = Annotated[str, Field(description="The robot's id in the configuration.", examples=["r1"])]
+UnitNumber = Annotated[Unit, Field(description="Number of the unit, from 1.", examples=[1])]

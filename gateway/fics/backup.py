@@ -15,9 +15,8 @@ from gateway.fics import settings
 from gateway.fics.agreement import same_number
 from gateway.fics.axes import DISPLAYED
 from gateway.fics.errors import RobotBusy
-from gateway.fics.robot import Robot
 from gateway.fics.settings import SETTINGS, SMOOTH, SettingsChange
-from gateway.fics.units import RobotUnit
+from gateway.fics.units import AskedRobot, RobotUnit
 from protocols.fics.notation import Quantity
 from protocols.fics.positions import LAST_POSITION, UploadPosition
 from protocols.fics.variables import LAST_VARIABLE, GetVariable, SetVariable
@@ -66,7 +65,7 @@ class RobotContents:
         return RobotContents(None if VARIABLES in kinds else self.variables, units)
 
 
-def whole(robot: Robot) -> RobotContents:
+def whole(robot: AskedRobot) -> RobotContents:
     """Every section that a robot has."""
     return RobotContents({}, {unit.number: UnitContents({}, {}) for unit in robot.units})
 
@@ -74,7 +73,7 @@ def whole(robot: Robot) -> RobotContents:
 # from a robot
 
 
-async def read(robot: Robot, wanted: RobotContents, on_read: OnRead = lambda: None) -> RobotContents:
+async def read(robot: AskedRobot, wanted: RobotContents, on_read: OnRead = lambda: None) -> RobotContents:
     """Read the sections that are wanted.
 
     :raises GatewayError: something was not read.
@@ -138,7 +137,7 @@ def _by_axis(unit: RobotUnit, coordinates: Sequence[float | None]) -> Values:
 class RobotSource:
     """A robot that a backup is read from."""
 
-    robot: Robot
+    robot: AskedRobot
     require_free: Callable[[], None]
     """Raises where a backup is being restored to it."""
 
@@ -164,7 +163,7 @@ class RobotSource:
         return await text_of(self.robot, progress.has_read)
 
 
-async def text_of(robot: Robot, on_read: OnRead = lambda: None) -> str:
+async def text_of(robot: AskedRobot, on_read: OnRead = lambda: None) -> str:
     """Read a robot and write what it keeps.
 
     :raises RobotBusy: it has lost its power meanwhile, so that not all was read of one state.
@@ -227,7 +226,7 @@ def _number(value: float) -> str:
 # from a text
 
 
-def parse(robot: Robot, text: str) -> RobotContents:
+def parse(robot: AskedRobot, text: str) -> RobotContents:
     """Read what a backup has of a robot.
 
     :raises InvalidText: it has faults, each with its line and column.
@@ -242,7 +241,7 @@ def parse(robot: Robot, text: str) -> RobotContents:
 
 @dataclass
 class _Parsing:
-    robot: Robot
+    robot: AskedRobot
     faults: list[Misplaced] = field(default_factory=list)
 
     def contents(self, part: BackupPart) -> RobotContents:
@@ -376,12 +375,12 @@ def _request(unit: RobotUnit, name: str, value: Values | bool) -> object:
 # compared
 
 
-def differences(robot: Robot, wanted: RobotContents, held: RobotContents) -> list[Difference]:
+def differences(robot: AskedRobot, wanted: RobotContents, held: RobotContents) -> list[Difference]:
     """What a robot holds otherwise than a backup has it."""
     return list(_differences(robot, wanted, held))
 
 
-def _differences(robot: Robot, wanted: RobotContents, held: RobotContents) -> Iterator[Difference]:
+def _differences(robot: AskedRobot, wanted: RobotContents, held: RobotContents) -> Iterator[Difference]:
     for number in differing_variables(wanted, held):
         told = [_number(_of_variable(it, number)) for it in (wanted, held)]
         yield _difference(robot, VARIABLES, f"V{number:02d}", *told)
@@ -401,7 +400,7 @@ def _told(both: Iterable[UnitContents], section: str, key: object) -> list[str |
     return [None if value is None else _written(value) for value in found]
 
 
-def _difference(robot: Robot, where: str, name: str, wanted: str | None, held: str | None) -> Difference:
+def _difference(robot: AskedRobot, where: str, name: str, wanted: str | None, held: str | None) -> Difference:
     return Difference(target=robot.id, section=where, name=name, wanted=wanted, held=held, restorable=True)
 
 

@@ -3,9 +3,9 @@
 from collections.abc import Awaitable, Callable
 from dataclasses import dataclass, field
 from functools import partial
-from typing import Any
+from typing import Any, Final
 
-from gateway.core.errors import InvalidRequest, NoReply, PowerCycled
+from gateway.core.errors import GatewayError, InvalidRequest, NoReply, PowerCycled
 from gateway.core.lanes import Lane
 from gateway.core.origin import Origin, current
 from gateway.core.restores import Comparison, ComparisonListener, Watcher
@@ -16,13 +16,15 @@ from gateway.fics.conversation import deadline_of
 from gateway.fics.errors import NotDone, RobotBusy, RobotPositionsDiffer
 from gateway.fics.exchange import FicsExchange
 from gateway.fics.robot import Robot
-from gateway.fics.settings import SettingsChange
+from gateway.fics.settings import SETTINGS, SettingsChange
 from gateway.fics.tables import UPLOAD, runs_of
 from gateway.fics.units import RobotUnit
 from protocols.fics.positions import BeginPositionUpload, ClearPositions, EndPositionUpload
 from protocols.fics.row import FicsCommand
+from protocols.fics.speeds import SetSmoothAcceleration
 from protocols.fics.system import HostMode, SelectUnit
 from protocols.fics.variables import SetVariable
+from protocols.table import Effect
 
 ATTEMPTS = 3
 """What is not known to be done is done again, so often in all."""
@@ -218,3 +220,40 @@ class RobotRestore:
         :raises InvalidRequest: always.
         """
         raise InvalidRequest(NO_FLASH)
+
+
+RESTORED: Final[tuple[type[FicsCommand[Any]], ...]] = (
+    *(SetSmoothAcceleration, BeginPositionUpload, ClearPositions, SetVariable),
+    *(setting.write for setting in SETTINGS.values()),
+)
+"""What changes something that a backup has."""
+
+
+def motion_without_proof(exchange: FicsExchange, _: float) -> GatewayError | None:
+    """A motion that came here without proof of all it depends on is no move, and nobody would follow it."""
+    if exchange.command.effect is not Effect.MOTION or exchange.needs is not None:
+        return None
+    name = exchange.command.wire_name()
+    return InvalidRequest(
+        f"{name} starts a move, and has no record of it; nothing was sent.", "Start a move."
+    )
+
+
+def amid_a_restore(
+    restored: Callable[[], RobotRestore | None],
+) -> Callable[[FicsExchange, float], GatewayError | None]:
+    """Make the guard by which nothing else moves or changes a robot that is being `restored`."""
+
+    def guard(exchange: FicsExchange, _: float) -> GatewayError | None:
+        command = exchange.command
+        if command.effect is not Effect.MOTION and not isinstance(command, RESTORED):
+            return None
+        restore = restored()
+        if restore is None or restore.lets_pass(exchange):
+            return None
+        return RobotBusy(
+            f"A backup is being restored to the robot; {command.wire_name()} was not sent.",
+            "Wait for its end or cancel it.",
+        )
+
+    return guard

@@ -690,7 +690,8 @@ class Conversation:
             begun()
             self.line.admission.revise()  # after a suspension no unit is trusted
             afresh = isinstance(query, DownloadPositions)
-            if number is not None and (afresh or not self.known.unit.holds(number)):
+            unit = self.known.unit
+            if number is not None and (afresh or not (unit.is_alone or unit.holds(number))):
                 with preparing(self.robot_id, query):
                     await self._select_to_read(number, afresh=afresh)
             answer = await self.tell(query, within_s=_TURN_WITHIN_S.get(lane))
@@ -705,7 +706,7 @@ class Conversation:
         """
         unit = self.known.unit
         try:
-            await self.select(number, afresh=afresh or not unit.is_trusted(number))
+            await self.select(number, afresh=afresh or not unit.is_trusted())
         except ControllerRefused as refused:
             if unit.number != number:
                 raise

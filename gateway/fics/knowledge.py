@@ -2,12 +2,13 @@
 
 import asyncio
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
 from functools import partial
 from typing import Any, Final
 
-from gateway.core.errors import GatewayError, NoReply, NotSent, Outdated, PowerCycled
+from gateway.core.errors import ControllerRefused, GatewayError, NoReply, NotSent, Outdated, PowerCycled
 from gateway.core.own_faults import run_all_then_raise
-from gateway.fics.axes import Tell, UnitAxes
+from gateway.fics.axes import AxisDurations, Coordinates, Tell, UnitAxes
 from gateway.fics.bits import AxisEdges, Bits
 from gateway.fics.errors import RobotBusy, UnitMissing, UnitNotSelected, answered
 from gateway.fics.exchange import STATUS, UNIT, Outcome, Proof, RobotAnswered, RobotQuestion
@@ -17,6 +18,7 @@ from gateway.fics.system_errors import StandingError
 from protocols.fics.alarms import TakeCurrentError
 from protocols.fics.axis_settings import AxisSetting, AxisTimes, SpeedPercents
 from protocols.fics.link import FicsRefusal
+from protocols.fics.macros import RunMacro
 from protocols.fics.motor_axes import SetMotorSpeedPercent
 from protocols.fics.row import OUT_OF_RANGE, FicsCommand
 from protocols.fics.speeds import SetSpeedPercent
@@ -52,6 +54,8 @@ class SelectedUnit:
         self._seen: set[int] = set()
         """Units of which it is known whether the robot has them."""
         self._holds_until = 0.0
+        self.is_alone = self._units == [UNIT_OF_POWER_ON]
+        """Whether nothing else can be selected."""
 
     def forget(self) -> None:
         """Anything may be selected now."""
@@ -67,25 +71,21 @@ class SelectedUnit:
         """The robot has told its unit, or will not tell it."""
         self._holds_until = asyncio.get_running_loop().time() + UNIT_HOLDS_S
 
-    def is_trusted(self, number: int) -> bool:
+    def is_trusted(self) -> bool:
         """Whether the robot has told its unit a moment ago, or keeps it: it moves, or has no other."""
         holds = self._motion.foreign or asyncio.get_running_loop().time() < self._holds_until
-        return (self.number is not None and holds) or self._only(number)
+        return (self.number is not None and holds) or self.is_alone
 
     def holds(self, number: int) -> bool:
         """Whether a question can be put to this unit as things are."""
-        return self._is_known(number) and (self._motion.command is not None or self.is_trusted(number))
+        return self._is_known(number) and (self._motion.command is not None or self.is_trusted())
 
     def unseen(self) -> list[int]:
         """The units of which nobody knows whether the robot has them: only a selection tells."""
-        return [] if self._only(self._units[0]) else [it for it in self._units if it not in self._seen]
-
-    def _only(self, number: int) -> bool:
-        """Whether nothing else can be selected."""
-        return number == UNIT_OF_POWER_ON and len(self._units) == 1
+        return [] if self.is_alone else [it for it in self._units if it not in self._seen]
 
     def _is_known(self, number: int) -> bool:
-        return self.number == number or self._only(number)
+        return self.number == number or self.is_alone
 
     # what is sent and heard
 
@@ -255,6 +255,8 @@ class Knowledge:
         self.unit = SelectedUnit(robot_id, units, self.motion, tell)
         self.settings_changed = 0
         """How often a setting of an axis may have changed."""
+        self.durations: dict[tuple[int, Coordinates], AxisDurations] = {}
+        """How fast the axes of a unit go by the settings that were read last."""
         self.said = 0
         """How often something was said that may have changed what was read before."""
         edges = AxisEdges(tell)
@@ -313,6 +315,7 @@ class Knowledge:
     def note_change(self) -> None:
         """Settings may be others now."""
         self.settings_changed += 1
+        self.durations.clear()
 
     def begin_to_say(self, since: int | None) -> None:
         """Something is about to be said that may change what was read; the sequence lock is held.
@@ -418,3 +421,28 @@ class Knowledge:
             f"The JOG of {unit.address} is not over, but no axis was seen to jog; nothing was sent.",
             "Try again when all axes are known to stand still.",
         )
+
+
+UNKNOWN = "E12"
+"""So a robot refuses a macro that it does not have."""
+
+
+@dataclass
+class Macros:
+    """What the configuration says of them, and which the robot has refused since the gateway was started."""
+
+    titles: Mapping[str, str] = field(default_factory=dict)
+    refused: set[str] = field(default_factory=set)
+
+    def names(self) -> list[str]:
+        """All names, those of the configuration first."""
+        return [*self.titles, *sorted(self.refused - self.titles.keys())]
+
+    def note(self, command: object, refusal: ControllerRefused | None) -> None:
+        """Note whether the robot has a macro, when it has answered its call."""
+        if not isinstance(command, RunMacro):
+            return
+        if refusal is None:
+            self.refused.discard(command.macro)
+        elif refusal.error_code == UNKNOWN:
+            self.refused.add(command.macro)

@@ -1,30 +1,30 @@
 """A robot as the gateway sees it: composed of its units, what is asked of it, and what moves it."""
 
 import asyncio
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from functools import partial
-from typing import Any
+from typing import Any, Self
 
+from pydantic import Field
+
+from gateway.core.controllers import Controllers
 from gateway.core.errors import InvalidRequest
-from gateway.core.events import Data, Event
 from gateway.core.jogs import JogNews
 from gateway.core.lanes import Lane
 from gateway.core.own_faults import await_each_logging, run_each_logging
+from gateway.core.records import Record
+from gateway.core.restores import Restores
 from gateway.core.stops import StopMode
-from gateway.fics.axes import UnitAxes, unit_of
+from gateway.fics.axes import UnitAxes
 from gateway.fics.bits import Bits
-from gateway.fics.conversation import Answers, Conversation, answered_now, deadline_of
-from gateway.fics.durations import Durations
-from gateway.fics.errors import NotDone
+from gateway.fics.conversation import Answers, answered_now, deadline_of
 from gateway.fics.exchange import ReplyFrame, RobotAnswered
 from gateway.fics.jogs import RobotJogs
-from gateway.fics.knowledge import Knowledge
+from gateway.fics.knowledge import Macros
 from gateway.fics.line import FicsLine
-from gateway.fics.macros import Macros
 from gateway.fics.stops import RobotStopReport, RobotStops
-from gateway.fics.system_errors import RobotErrorRecord
 from gateway.fics.tables import UPLOAD, Tables
-from gateway.fics.units import RobotUnit
+from gateway.fics.units import AskedRobot, Publish, RobotUnit
 from protocols.fics.alarms import CurrentError, ResetErrors, TakeCurrentError
 from protocols.fics.jog import StartJog, StopJog
 from protocols.fics.link import Completion
@@ -41,9 +41,6 @@ from protocols.fics.stops import StopAllDecelerating, StopAllImmediately
 from protocols.fics.system import GetCommunicationMode, GetUnit, SetCommunicationMode
 from protocols.table import Reply
 
-Publish = Callable[[str, str, Data, str | None], Event]
-"""Type, subject, data and correlation of an event."""
-
 _KEPT_BACK: dict[type[FicsCommand[Any]], str] = {
     BeginPositionUpload: "Upload positions as a whole: an open upload takes no stop.",
     UploadPosition: "Upload positions as a whole: an open upload takes no stop.",
@@ -56,8 +53,8 @@ _KEPT_BACK: dict[type[FicsCommand[Any]], str] = {
 }
 
 
-class Robot:
-    """One Fics with its units, behind a line of its own."""
+class Robot(AskedRobot):
+    """One Fics with its units, its motion and its stops."""
 
     def __init__(
         self,
@@ -71,18 +68,12 @@ class Robot:
         bits: Bits | None = None,
         macros: Macros | None = None,
     ) -> None:
-        self.id = robot_id
-        self.name = name
-        self.line = line
+        super().__init__(robot_id, name, line, units, publish, bits)
         self.macros = macros or Macros()
-        self._publish = publish
         self.poll_interval_s = poll_interval_s
         """How often what moves is looked at."""
-        self.known = Knowledge(robot_id, line, units, self.publish, bits)
-        self.conversation = talk = Conversation(robot_id, line, self.known)
-        self.units = [RobotUnit(axes, talk) for axes in units]
+        talk = self.conversation
         self.tables = Tables(talk)
-        self.durations = Durations(self.known)
         self.own_speed = asyncio.Lock()
         """Held from when the speed of a move is set until the move has begun."""
         stop_now = partial(self.stop, "immediate")
@@ -96,44 +87,10 @@ class Robot:
         work = self.jogs, self.stops, self.line, self.conversation
         await await_each_logging(f"the end of {self.id}", *(it.close for it in work))
 
-    # what it is now
-
-    @property
-    def online(self) -> bool:
-        """Whether it can be asked now, as far as is known."""
-        return self.line.online
-
-    @property
-    def mode(self) -> int:
-        """Its communication mode (C-HOST manual 1-1-1)."""
-        return self.line.mode
-
-    @property
-    def moving(self) -> bool | None:
-        """Whether it moves, as far as is known; None where it was not looked at since it was out of reach."""
-        return self.known.motion.moving
-
     @property
     def moves_under_way(self) -> list[str]:
         """The ids of its units' moves that are not over."""
         return [unit.move.id for unit in self.units if unit.move is not None]
-
-    @property
-    def power_cycled(self) -> bool:
-        """Whether it has lost its power, and nobody has acknowledged that yet."""
-        return self.known.power.cycled
-
-    @property
-    def latched_error(self) -> RobotErrorRecord | None:
-        """The error of the system that stands, as far as is known."""
-        return self.known.error.latched
-
-    def unit(self, number: int) -> RobotUnit:
-        """Find a unit.
-
-        :raises NotFound: it is not configured.
-        """
-        return unit_of(self.units, number)
 
     # asking
 
@@ -155,33 +112,6 @@ class Robot:
         if isinstance(command, ClearPositions):
             return await self.tables.clear(self._unit_of(command, unit), command)
         return await self.conversation.ask(command, unit)
-
-    async def read(self, query: FicsCommand[Any], unit: int | None = None) -> Any:
-        """Send a query and give its reply; errors as of `Conversation.ask`."""
-        return (await self.conversation.ask(query, unit)).replies[0]
-
-    async def change(
-        self, command: FicsCommand[Any], unit: int | None = None, *, since: int | None = None
-    ) -> Any:
-        """Send a setting and give what was read back; errors as of `Conversation.change`."""
-        return await self.conversation.change(command, unit, since=since)
-
-    async def change_mode(self, mode: int) -> None:
-        """Bring the robot into another mode until the gateway ends (C-HOST manual 1-1-1, 2-37).
-
-        :raises RobotBusy: it moves, or a stop is not confirmed; nothing was sent.
-        :raises NotDone: it is in another mode, and is still to be brought into this one.
-        :raises GatewayError: nobody knows yet, and it is tried again; the error says why.
-        """
-        command = SetCommunicationMode(mode=mode)
-        self.line.require_fit()
-        async with self.line.sequence_lock.held(Lane.COMMAND, deadline_of(Lane.COMMAND)):
-            self.known.motion.require_still(command)
-            if self.line.mode != mode:
-                self.line.change_mode(mode)
-        found = (await self.read(GetCommunicationMode())).mode
-        if found != mode:
-            raise NotDone(f"{self.id} is in mode {found}, not in mode {mode}.", command)
 
     def _unit_of(self, command: FicsCommand[Any], unit: int | None) -> RobotUnit:
         return self.unit(self.conversation.only_unit(command) if unit is None else unit)
@@ -207,14 +137,6 @@ class Robot:
     ) -> list[tuple[int, list[float | None]]]:
         """Read the stored positions of a unit in turn; errors as of `RobotUnit.positions`."""
         return await self._unit_of(UPLOAD, unit).positions(first, last)
-
-    # news
-
-    def publish(
-        self, kind: str, data: Data, unit: UnitAxes | None = None, correlation: str | None = None
-    ) -> Event:
-        """Tell what has happened to the robot, or to a unit."""
-        return self._publish(kind, f"/robots/{unit.address if unit else self.id}", data, correlation)
 
     def was_left_alone(self) -> None:
         """The gateway was held up for seconds: stop what jogs, and believe nothing read before."""
@@ -250,3 +172,40 @@ def _require_alone(command: FicsCommand[Any]) -> None:
         raise InvalidRequest(f"{command.wire_name()} is not sent alone; nothing was sent.", remedy)
     if command.starts_motion():
         raise InvalidRequest(f"{command.wire_name()} starts a move; nothing was sent.", "Start a move.")
+
+
+class RobotNow(Record):
+    """A robot, as far as is known."""
+
+    robot_id: str
+    online: bool
+    mode: int
+    moving: bool | None
+    power_cycled: bool
+    error: str | None = Field(description="The code of the error that stands.")
+
+    @classmethod
+    def of(cls, robot: Robot) -> Self:
+        """Tell it without asking the robot."""
+        return cls(
+            robot_id=robot.id,
+            online=robot.online,
+            mode=robot.mode,
+            moving=robot.moving,
+            power_cycled=robot.power_cycled,
+            error=None if robot.latched_error is None else robot.latched_error.code,
+        )
+
+
+class Robots(Controllers[Robot]):
+    """The robots of a plant, and the restores of backups to them."""
+
+    restores: Restores[Any]
+
+    def robots(self) -> list[Robot]:
+        """All robots, in the order of the configuration."""
+        return self.every()
+
+    def robot(self, robot_id: str) -> Robot:
+        """Find a robot; errors as of `find`."""
+        return self.find(robot_id)

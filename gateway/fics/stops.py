@@ -4,7 +4,7 @@ import asyncio
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from functools import partial
-from typing import Any
+from typing import Any, Protocol
 
 from pydantic import Field
 
@@ -29,7 +29,6 @@ from gateway.fics.axes import Places, Tell, at_rest
 from gateway.fics.conversation import Conversation
 from gateway.fics.errors import UnitMissing
 from gateway.fics.exchange import Outcome, RobotAnswered
-from gateway.fics.jogs import RobotJogs
 from gateway.fics.units import RobotUnit
 from gateway.texts import Text, text
 from protocols.fics.link import FicsRefusal, SystemFailure
@@ -61,11 +60,21 @@ class RobotStopReport(BilingualReport):
     )
 
 
+class EndsWithStops(Protocol):
+    """Motion that ends with a stop of the whole robot: its jogs."""
+
+    def robot_stops(self) -> None:
+        """The robot is being stopped."""
+
+    def robot_stands_still(self) -> None:
+        """Its stop is confirmed."""
+
+
 class RobotStops(StopsUnderWay[StopMode, "_RobotStop"]):
     """The stops of a robot that are under way. A second one of the same kind joins the first."""
 
     def __init__(
-        self, units: Sequence[RobotUnit], conversation: Conversation, jogs: RobotJogs, tell: Tell
+        self, units: Sequence[RobotUnit], conversation: Conversation, jogs: EndsWithStops, tell: Tell
     ) -> None:
         super().__init__()
         self._conversation, self._line = conversation, conversation.line

@@ -1,21 +1,27 @@
-"""A unit of a robot: where its axes stand, how they are, and what it is asked and told."""
+"""A robot and its units as they are asked and told: where axes stand, how they are, and what is stored."""
 
-from collections.abc import Awaitable, Callable
+from collections.abc import Awaitable, Callable, Sequence
 from itertools import pairwise
 from typing import Any, Literal, TypeVar
 
 from gateway.core.errors import ControllerRefused, GarbledReply, GatewayError, InvalidRequest
+from gateway.core.events import Data, Event
 from gateway.core.lanes import Lane
 from gateway.core.trajectories import Trajectory
-from gateway.fics.axes import Coordinates, Places, UnitAxes, at_rest
-from gateway.fics.conversation import Answers, Conversation, answered_now
-from gateway.fics.errors import HOME_FIRST, NotHomed, PositionUnknown, RobotBusy
+from gateway.fics.axes import Coordinates, Places, UnitAxes, at_rest, unit_of
+from gateway.fics.bits import Bits
+from gateway.fics.conversation import Answers, Conversation, answered_now, deadline_of
+from gateway.fics.errors import HOME_FIRST, NotDone, NotHomed, PositionUnknown, RobotBusy
 from gateway.fics.exchange import POSITIONS, SENSORS, STATUS
+from gateway.fics.knowledge import Knowledge
+from gateway.fics.line import FicsLine
 from gateway.fics.move_record import RobotMove
+from gateway.fics.system_errors import RobotErrorRecord
 from protocols.fics.macros import RunMacro
 from protocols.fics.positions import LAST_POSITION, DownloadPositions, StoredPosition
 from protocols.fics.row import FicsCommand
 from protocols.fics.status import AxisSensors, AxisStatus, MotionMode
+from protocols.fics.system import GetCommunicationMode, SetCommunicationMode
 
 PART = 16
 """Positions that are asked for at once: until all have come nothing else is answered, no proof of a stop."""
@@ -23,6 +29,9 @@ TRIES = 3
 """How often a part is asked for until the count of its answers is right."""
 NOT_SET = "E09"
 """So a robot may answer where the first number is not set (C-HOST manual 2-12), instead of POE alone."""
+
+Publish = Callable[[str, str, Data, str | None], Event]
+"""Type, subject, data and correlation of an event."""
 
 T = TypeVar("T")
 UnknownReason = Literal["not_homed", "homing", "macro", "automatic", "no_conversion", "not_known"]
@@ -43,21 +52,17 @@ class RobotUnit(UnitAxes):
     def __init__(self, axes: UnitAxes, conversation: Conversation) -> None:
         super().__init__(axes.robot_id, axes.number, axes.axes, axes.motor_axes, axes.systems)
         self._conversation = conversation
-        self._known = conversation.known
+        self.known = conversation.known
+        """All that is known of the robot."""
         self.move: RobotMove | None = None
         """The move that is not over yet."""
         self.trajectory: Trajectory[Places] | None = None
         """Where it is seen during the move that is not over yet."""
 
     @property
-    def settings_changed(self) -> int:
-        """How often a setting of the robot may have changed."""
-        return self._known.settings_changed
-
-    @property
     def stood_still(self) -> bool:
         """Whether it did when it was last asked, and nothing was sent since that could move it."""
-        return self.number in self._known.motion.still
+        return self.number in self.known.motion.still
 
     def frame_of(self, command: FicsCommand[Any]) -> str:
         """Show the exact frame of a command as text, with its terminator escaped."""
@@ -110,7 +115,7 @@ class RobotUnit(UnitAxes):
     async def status_at(self, lane: Lane = Lane.READ) -> tuple[dict[str, AxisStatus], float]:
         """Read the status as `status` does, and tell when the answer came, on the event loop's clock."""
         (reply,), at, _ = await self._conversation.ask(STATUS, self.number, lane)
-        self._known.motion.note_rest(self.number, still=at_rest(reply.axes))
+        self.known.motion.note_rest(self.number, still=at_rest(reply.axes))
         return self.by_axis(self.motor_axes, reply.axes), at
 
     async def sensors(self) -> dict[str, AxisSensors]:
@@ -216,7 +221,7 @@ class RobotUnit(UnitAxes):
         if MotionMode.HOMING in modes:
             return dict.fromkeys(missing, "homing")
         if MotionMode.MACRO in modes:
-            ours = isinstance(self._known.motion.command, RunMacro)
+            ours = isinstance(self.known.motion.command, RunMacro)
             return dict.fromkeys(missing, "macro" if ours else "automatic")
         return {axis: self._why(axis, at) for axis in missing}
 
@@ -244,8 +249,94 @@ class RobotUnit(UnitAxes):
         unknown = [motor for motor in self.motors_behind(axis) if at[motor] is None]
         if not unknown:
             return "no_conversion"
-        silent = all(self._known.error.is_silent(self.number, motor) for motor in unknown)
+        silent = all(self.known.error.is_silent(self.number, motor) for motor in unknown)
         return "not_known" if silent else "not_homed"
+
+
+class AskedRobot:
+    """A robot as far as it is asked and told, behind a line of its own; its motion is that of `Robot`."""
+
+    def __init__(
+        self,
+        robot_id: str,
+        name: str,
+        line: FicsLine,
+        units: Sequence[UnitAxes],
+        publish: Publish,
+        bits: Bits | None = None,
+    ) -> None:
+        self.id = robot_id
+        self.name = name
+        self.line = line
+        self._publish = publish
+        self.known = Knowledge(robot_id, line, units, self.publish, bits)
+        self.conversation = Conversation(robot_id, line, self.known)
+        self.units = [RobotUnit(axes, self.conversation) for axes in units]
+
+    @property
+    def online(self) -> bool:
+        """Whether it can be asked now, as far as is known."""
+        return self.line.online
+
+    @property
+    def mode(self) -> int:
+        """Its communication mode (C-HOST manual 1-1-1)."""
+        return self.line.mode
+
+    @property
+    def moving(self) -> bool | None:
+        """Whether it moves, as far as is known; None where it was not looked at since it was out of reach."""
+        return self.known.motion.moving
+
+    @property
+    def power_cycled(self) -> bool:
+        """Whether it has lost its power, and nobody has acknowledged that yet."""
+        return self.known.power.cycled
+
+    @property
+    def latched_error(self) -> RobotErrorRecord | None:
+        """The error of the system that stands, as far as is known."""
+        return self.known.error.latched
+
+    def unit(self, number: int) -> RobotUnit:
+        """Find a unit.
+
+        :raises NotFound: it is not configured.
+        """
+        return unit_of(self.units, number)
+
+    async def read(self, query: FicsCommand[Any], unit: int | None = None) -> Any:
+        """Send a query and give its reply; errors as of `Conversation.ask`."""
+        return (await self.conversation.ask(query, unit)).replies[0]
+
+    async def change(
+        self, command: FicsCommand[Any], unit: int | None = None, *, since: int | None = None
+    ) -> Any:
+        """Send a setting and give what was read back; errors as of `Conversation.change`."""
+        return await self.conversation.change(command, unit, since=since)
+
+    async def change_mode(self, mode: int) -> None:
+        """Bring the robot into another mode until the gateway ends (C-HOST manual 1-1-1, 2-37).
+
+        :raises RobotBusy: it moves, or a stop is not confirmed; nothing was sent.
+        :raises NotDone: it is in another mode, and is still to be brought into this one.
+        :raises GatewayError: nobody knows yet, and it is tried again; the error says why.
+        """
+        command = SetCommunicationMode(mode=mode)
+        self.line.require_fit()
+        async with self.line.sequence_lock.held(Lane.COMMAND, deadline_of(Lane.COMMAND)):
+            self.known.motion.require_still(command)
+            if self.line.mode != mode:
+                self.line.change_mode(mode)
+        found = (await self.read(GetCommunicationMode())).mode
+        if found != mode:
+            raise NotDone(f"{self.id} is in mode {found}, not in mode {mode}.", command)
+
+    def publish(
+        self, kind: str, data: Data, unit: UnitAxes | None = None, correlation: str | None = None
+    ) -> Event:
+        """Tell what has happened to the robot, or to a unit."""
+        return self._publish(kind, f"/robots/{unit.address if unit else self.id}", data, correlation)
 
 
 def _is_doubtful(told: Answers, count: int) -> bool:

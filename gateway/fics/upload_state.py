@@ -5,7 +5,6 @@ No I/O and no clock: the session notes what was written and answered, and asks w
 
 from typing import Any
 
-from gateway.fics.exchange import Outcome
 from protocols.fics.link import FicsRefusal
 from protocols.fics.positions import BeginPositionUpload, EndPositionUpload
 from protocols.fics.row import BLOCK_ERRORS, UPLOAD_ERROR, Block, FicsCommand
@@ -42,7 +41,7 @@ class UploadState:
         elif silent and isinstance(command, EndPositionUpload):
             self.is_open = False
 
-    def note_outcome(self, command: FicsCommand[Any], number: int, outcome: Outcome) -> bool:
+    def note_outcome(self, command: FicsCommand[Any], number: int, outcome: object) -> bool:
         """Note an answer to a frame; tells whether only an open upload explains it.
 
         No upload is open if its end was taken, or anything else that an upload does not let through.

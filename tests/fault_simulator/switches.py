@@ -25,7 +25,7 @@ from gateway.core.move_record import Move, MoveStatus
 from gateway.core.origin import Origin, acting
 from gateway.core.session import Session
 from gateway.door.keys import Keys
-from gateway.fics import move_runs
+from gateway.fics import moves as moves_of_robots
 from gateway.fics.conversation import Conversation
 from gateway.fics.line import FicsLine
 from gateway.fics.stops import _RobotStop
@@ -227,7 +227,7 @@ def refusals_of_bodies_are_believed(patch: Patch) -> None:
 
 
 def refusals_of_robots_are_believed(patch: Patch) -> None:
-    patch.setattr(move_runs, "IN_MOTION", "")
+    patch.setattr(moves_of_robots, "IN_MOTION", "")
 
 
 def flash_at_any_time(patch: Patch) -> None:

@@ -28,8 +28,7 @@ from gateway.fics.family import Fics
 from gateway.fics.jogs import RobotJogs
 from gateway.fics.knowledge import Knowledge, SelectedUnit
 from gateway.fics.motion_state import MotionState
-from gateway.fics.move_runs import MoveRun
-from gateway.fics.moves import RobotMoves
+from gateway.fics.moves import MoveRun, RobotMoves
 from gateway.fics.power import RobotPower
 from gateway.fics.stops import RobotStops, _RobotStop
 from gateway.plant import Plant

@@ -12,7 +12,7 @@ from gateway.core.records import RequestModel, SentBack, example
 from gateway.core.rights import Right
 from gateway.door.csv_tables import CSV, Row, Table, csv_of, read_table
 from gateway.fics.amounts import Amounts, AxisValue, numbers
-from gateway.fics.names import UnitNumber
+from gateway.fics.axes import UnitNumber
 from gateway.fics.robot import Robot
 from gateway.fics.units import RobotUnit
 from protocols.fics.notation import DECIMALS, LARGEST, PositionNumber, Quantity

@@ -12,10 +12,8 @@ from gateway.core.rights import Right
 from gateway.core.targets import Target
 from gateway.core.times import age_ms_of, utc_of
 from gateway.door.caller import sees
-from gateway.fics.axes import Coordinates, at_rest
-from gateway.fics.family import Fics
-from gateway.fics.names import UnitNumber
-from gateway.fics.robot import Robot
+from gateway.fics.axes import Coordinates, UnitNumber, at_rest
+from gateway.fics.robot import Robot, Robots
 from gateway.fics.system_errors import RobotErrorRecord
 from gateway.fics.units import RobotUnit, UnknownReason
 from gateway.plant import Plant
@@ -158,7 +156,7 @@ class RobotErrors(BaseModel):
 @ROWS.get("/robots", any_scope=True)
 async def list_robots(plant: Plant) -> RobotList:
     """List all robots; nothing is sent."""
-    seen = (robot for robot in plant.family(Fics).robots() if sees(plant, robot.id))
+    seen = (robot for robot in plant.family(Robots).robots() if sees(plant, robot.id))
     return RobotList(robots=[_info(robot) for robot in seen])
 
 

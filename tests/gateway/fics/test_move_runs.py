@@ -9,7 +9,7 @@ from gateway.core.errors import Expired, GatewayError, QueueFull
 from gateway.core.lanes import QUEUE_LIMIT
 from gateway.core.move_record import LOST_AFTER_S, MoveStatus
 from gateway.core.silence import OUT_OF_REACH_S
-from gateway.fics import move_runs
+from gateway.fics import moves as moves_of_robots
 from gateway.fics.robot import Robot
 from protocols.fics.homing import HomeRobot
 from protocols.fics.macros import RunMacro
@@ -462,7 +462,7 @@ def test_a_macro_of_a_homed_robot_is_done_where_its_axes_still_know_their_places
 async def test_where_a_refusal_might_outlast_the_power_it_proves_nothing() -> None:
     async with fics_rig(mode=2) as rig:
         with pytest.MonkeyPatch.context() as patch:
-            patch.setattr(move_runs, "REFUSAL_SHOWS_POWER", False)
+            patch.setattr(moves_of_robots, "REFUSAL_SHOWS_POWER", False)
             sent = len(rig.cable.written)
             assert (await rig.move(FAR_DOWN)).status is MoveStatus.UNKNOWN
         assert "POF 2" not in rig.cable.frames(sent)
