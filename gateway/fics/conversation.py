@@ -29,6 +29,7 @@ from gateway.fics.errors import (
     UnitMissing,
     answered,
     preparing,
+    refuse_before,
 )
 from gateway.fics.exchange import UNIT, FicsExchange, Outcome, Proof, RobotAnswered, RobotQuestion
 from gateway.fics.knowledge import Knowledge
@@ -690,15 +691,25 @@ class Conversation:
             begun()
             self.line.admission.revise()  # after a suspension no unit is trusted
             afresh = isinstance(query, DownloadPositions)
-            unit = self.known.unit
-            if number is not None and (afresh or not (unit.is_alone or unit.holds(number))):
-                with preparing(self.robot_id, query):
-                    await self._select_to_read(number, afresh=afresh)
+            if number is not None and (afresh or not self._holds(number)):
+                await self._select_to_read(query, number, afresh=afresh)
             answer = await self.tell(query, within_s=_TURN_WITHIN_S.get(lane))
             self.known.replied(query, number, answer.replies)
             return answered_now(answer)
 
-    async def _select_to_read(self, number: int, *, afresh: bool) -> None:
+    def _holds(self, number: int) -> bool:
+        """Whether a question can be put to a unit as things are."""
+        unit = self.known.unit
+        is_known = unit.number == number or unit.is_alone
+        return is_known and (self.known.motion.command is not None or self._is_trusted())
+
+    def _is_trusted(self) -> bool:
+        """Whether the robot has told its unit a moment ago, or keeps it: it moves, or has no other."""
+        unit, now = self.known.unit, asyncio.get_running_loop().time()
+        holds = bool(self.known.motion.foreign) or now < unit.holds_until
+        return (unit.number is not None and holds) or unit.is_alone
+
+    async def _select_to_read(self, query: FicsCommand[Any], number: int, *, afresh: bool) -> None:
         """Make sure of the unit whose values are told: no answer tells it, and a loss of power changes it.
 
         While the terminal is at work the robot does not tell its unit (C-HOST manual 1-7), and the one it has
@@ -706,10 +717,10 @@ class Conversation:
         """
         unit = self.known.unit
         try:
-            await self.select(number, afresh=afresh or not unit.is_trusted())
+            await self.select(number, afresh=afresh or not self._is_trusted())
         except ControllerRefused as refused:
             if unit.number != number:
-                raise
+                refuse_before(self.robot_id, query, refused)
             unit.trust()
             if refused.error_code == BLOCK_ERRORS[Block.TERMINAL_RUNS]:
                 self.known.motion.note_foreign(moves=True)

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import Any, TypeVar
+from typing import Any, NoReturn, TypeVar
 
 from gateway import texts
 from gateway.core.errors import (
@@ -85,9 +85,17 @@ def preparing(robot_id: str, command: FicsCommand[Any]) -> Iterator[None]:
     try:
         yield
     except ControllerRefused as refusal:
-        if refusal.command_code == command.wire_name():
-            raise
-        raise RefusedBefore(robot_id, command, refusal) from refusal
+        refuse_before(robot_id, command, refusal)
+
+
+def refuse_before(robot_id: str, command: FicsCommand[Any], refusal: ControllerRefused) -> NoReturn:
+    """Refuse a command where what goes before it was refused.
+
+    :raises ControllerRefused: always.
+    """
+    if refusal.command_code == command.wire_name():
+        raise refusal
+    raise RefusedBefore(robot_id, command, refusal) from refusal
 
 
 class RobotFailed(ControllerError):

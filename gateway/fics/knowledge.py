@@ -10,7 +10,7 @@ from gateway.core.errors import ControllerRefused, GatewayError, NoReply, NotSen
 from gateway.core.own_faults import run_all_then_raise
 from gateway.fics.axes import AxisDurations, Coordinates, Tell, UnitAxes
 from gateway.fics.bits import AxisEdges, Bits
-from gateway.fics.errors import RobotBusy, UnitMissing, UnitNotSelected, answered
+from gateway.fics.errors import ErrorStands, RobotBusy, UnitMissing, UnitNotSelected, answered
 from gateway.fics.exchange import STATUS, UNIT, Outcome, Proof, RobotAnswered, RobotQuestion
 from gateway.fics.motion_state import MOVES_ALL_UNITS, MotionState
 from gateway.fics.power import SPEEDS, History, LineFacts, Missing, RobotPower, reply_of
@@ -53,7 +53,8 @@ class SelectedUnit:
         """`number` before the question that is under way."""
         self._seen: set[int] = set()
         """Units of which it is known whether the robot has them."""
-        self._holds_until = 0.0
+        self.holds_until = 0.0
+        """Until then a question trusts the unit that the robot has told."""
         self.is_alone = self._units == [UNIT_OF_POWER_ON]
         """Whether nothing else can be selected."""
 
@@ -63,22 +64,13 @@ class SelectedUnit:
 
     def doubt(self) -> None:
         """Another unit may have been selected, but not while one moves (C-HOST manual 1-7)."""
-        self._holds_until = 0.0
+        self.holds_until = 0.0
         if self._motion.kept is None:
             self.forget()
 
     def trust(self) -> None:
         """The robot has told its unit, or will not tell it."""
-        self._holds_until = asyncio.get_running_loop().time() + UNIT_HOLDS_S
-
-    def is_trusted(self) -> bool:
-        """Whether the robot has told its unit a moment ago, or keeps it: it moves, or has no other."""
-        holds = self._motion.foreign or asyncio.get_running_loop().time() < self._holds_until
-        return (self.number is not None and holds) or self.is_alone
-
-    def holds(self, number: int) -> bool:
-        """Whether a question can be put to this unit as things are."""
-        return self._is_known(number) and (self._motion.command is not None or self.is_trusted())
+        self.holds_until = asyncio.get_running_loop().time() + UNIT_HOLDS_S
 
     def unseen(self) -> list[int]:
         """The units of which nobody knows whether the robot has them: only a selection tells."""
@@ -207,7 +199,10 @@ class SelectedUnit:
                 "more was sent.",
                 "Try again.",
             ) from None
-        return _told_by(answered(self._robot_id, UNIT, heard[-1].outcome))
+        outcome = heard[-1].outcome
+        if isinstance(outcome, RobotAnswered):
+            return _told_by(outcome)
+        return _told_by(answered(self._robot_id, UNIT, outcome))
 
     def _require_rest_of_others(self, number: int) -> None:
         if self._motion.kept not in (None, number):
@@ -348,8 +343,10 @@ class Knowledge:
         :raises NotSent: power was lost, or an error stands.
         :raises RobotBusy: something moves, or a stop is not confirmed.
         """
-        self.power.require_known(command)
-        self.error.require_none(command)
+        if self.power.cycled:
+            raise self.power.refusal_of(command)
+        if (error := self.error.latched) is not None:
+            raise ErrorStands(command.wire_name(), error.code, error)
         self.motion.require_still(command)
 
     def selected(self, number: int, *, afresh: bool) -> Missing:
@@ -374,8 +371,9 @@ class Knowledge:
 
     def speeds_restored(self) -> Iterator[Missing]:
         """Needs that the speeds are set again, and read back, which a loss of power has taken away."""
-        if self.power.due:
-            yield self.power.mode_kept()
+        if not self.power.due:
+            return
+        yield self.power.mode_kept()
         for unit in self.power.units_due():
             yield self.selected(unit.number, afresh=True)
             for coordinates in SPEEDS:

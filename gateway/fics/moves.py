@@ -206,7 +206,8 @@ class MoveRun:
             await self._talk.see_power()  # what has lost its power is not merely unhomed
         move.target_position = target_of(unit, self._command, start, stored)
         needed = places_it_needs(unit, self._command, start, move.target_position)
-        await unit.require_places(needed, self._command)
+        if None in needed.values():
+            await unit.require_places(needed, self._command)
         if move.target_position:
             target = move.target_position
             move.longest_s = await longest_move_s(unit, move.coordinates, start, target)

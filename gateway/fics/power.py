@@ -226,17 +226,13 @@ class RobotPower:
         """All that a loss would take was looked at since the line had been away so often."""
         self._absences = absences
 
-    def require_known(self, command: FicsCommand[Any]) -> None:
-        """Refuse a motion until a person knows of the loss.
-
-        :raises PowerCycled: nobody has acknowledged it.
-        """
-        if self.cycled:
-            raise PowerCycled(
-                f"{self.what_happened()}: nothing is homed then, and speeds the gateway does not know are "
-                f"100 % again; {command.wire_name()} was not sent.",
-                ACKNOWLEDGE,
-            )
+    def refusal_of(self, command: FicsCommand[Any]) -> PowerCycled:
+        """The refusal of a motion until a person knows of the loss."""
+        return PowerCycled(
+            f"{self.what_happened()}: nothing is homed then, and speeds the gateway does not know are "
+            f"100 % again; {command.wire_name()} was not sent.",
+            ACKNOWLEDGE,
+        )
 
     def require_kept(self) -> None:
         """Refuse what a loss forbids.
@@ -478,6 +474,9 @@ def reply_of(robot_id: str, asked: str, it: Asked[RobotQuestion, Outcome]) -> Re
     :raises NotSent: there was no answer.
     :raises GatewayError: it was refused, or not sent.
     """
+    if isinstance(it.outcome, RobotAnswered):
+        (reply,) = it.outcome.replies
+        return reply
     if isinstance(it.outcome, NoReply):
         raise NotSent(
             f"{asked} did not answer {it.question.command.wire_name()}, so nobody knows whether it has lost "

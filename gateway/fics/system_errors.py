@@ -1,19 +1,16 @@
 """The error of the system that stands, as far as is known (C-HOST manual 2-12)."""
 
 from datetime import UTC, datetime
-from typing import Any
 
 from pydantic import Field
 
 from gateway.core.records import Record
 from gateway.fics.axes import Tell
-from gateway.fics.errors import ErrorStands
 from gateway.texts import Text, text
 from protocols.fics.alarm_texts import row_of
 from protocols.fics.alarms import DetailKind, ErrorDetail
 from protocols.fics.errors import FicsErrorKind, lookup
 from protocols.fics.notation import driver_error_text
-from protocols.fics.row import FicsCommand
 
 
 class RobotErrorRecord(Record):
@@ -87,14 +84,6 @@ class StandingError:
         if error is None or error.kind is not DetailKind.CONNECTION:
             return False
         return error.axis == motor and error.unit in (None, unit)
-
-    def require_none(self, command: FicsCommand[Any]) -> None:
-        """Refuse a motion while an error stands.
-
-        :raises ErrorStands: one does.
-        """
-        if self.latched is not None:
-            raise ErrorStands(command.wire_name(), self.latched.code, self.latched)
 
 
 def _record(error: str | None, detail: ErrorDetail | None) -> RobotErrorRecord:
