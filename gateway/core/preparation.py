@@ -37,7 +37,7 @@ async def prepare(
     A need is looked at when all before it are met, so it may depend on what they have told.
 
     :raises GatewayError: the command must not be sent; the error is that of the need.
-    :raises RuntimeError: somebody else could write in between, for the lock is not held here.
+    :raises RuntimeError: another task could write in between, for the lock is not held here.
     """
     if lock.holder is None or lock.holder is not current_series():
         raise RuntimeError("a preparation needs the sequence lock")

@@ -23,7 +23,7 @@ from gateway.core.journal.intents import OF_MOVES
 from gateway.core.lanes import Lane
 from gateway.core.move_log import new_id
 from gateway.core.move_record import RESTARTED, START_WITHIN_S, MoveStatus
-from gateway.core.move_runs import MoveRuns
+from gateway.core.move_runs import MoveRuns, until_answered
 from gateway.core.next_calls import NextCall
 from gateway.core.origin import working
 from gateway.core.preparation import in_time
@@ -39,7 +39,6 @@ from gateway.core.verdicts import (
     Sight,
     Stop,
     Told,
-    Unbegun,
     Unseen,
     judge,
 )
@@ -131,7 +130,7 @@ class MoveRun:
                     on_written=self._sent,
                 )
         except GatewayError as error:
-            self._end(Unbegun.REFUSED if isinstance(error, ControllerRefused) else Unbegun.WITHHELD, error)
+            self._never_begun(error)
             self._tell(error)
             return
         try:
@@ -163,6 +162,10 @@ class MoveRun:
             target=move.target_position,
         )
         self._runs.end(self, move, judge(finding, words._replace(**more), error))
+
+    def _never_begun(self, error: GatewayError) -> None:
+        if not self._move.status.final:
+            self._runs.unbegun(self, self._move, error, refused=isinstance(error, ControllerRefused))
 
     def withdraw(self, why: str) -> None:
         """Nobody follows it any more: what is not written yet never is."""
@@ -248,9 +251,7 @@ class MoveRun:
 
     def _moves(self) -> None:
         """The axes were seen to move."""
-        if self._move.status is MoveStatus.SENT:
-            self._move.acknowledged_at = datetime.now(UTC)
-            self._runs.advance(self, self._move, MoveStatus.MOVING)
+        if self._runs.seen_to_move(self, self._move):
             self._tell(None)
         now = asyncio.get_running_loop().time()
         if self._overdue_at is not None and now > self._overdue_at:
@@ -274,29 +275,34 @@ class MoveRun:
 
         After a loss of power they are asked, too: only what was seen is told of them.
         """
-        loop, line = asyncio.get_running_loop(), self._line
+        line, power = self._line, self.robot.known.power
         longest_s = line.reply_timeout_s + line.late_reply_s + self.robot.poll_interval_s
-        silence = Silence(loop.time(), longest_s)
-        while not silence.too_long:
-            axes = None
-            try:
-                axes = list((await self.unit.status(VERIFY)).values())
-            except GatewayError as error:
-                silence.unanswered(loop.time(), silent=line.shows_silence(error))
-            unasked_s = silence.silent_s + silence.out_of_reach_s
-            if self.robot.known.power.cycled and (axes is not None or unasked_s > line.late_reply_s):
-                self._lose_sight(
-                    _seen(axes), happened=self.robot.known.power.what_happened(), acknowledge=ACKNOWLEDGE
-                )
-                return None
-            if axes is not None:
-                return axes
+        silence = Silence(asyncio.get_running_loop().time(), longest_s)
+
+        def gives_up() -> bool:
+            if power.cycled and silence.silent_s + silence.out_of_reach_s > line.late_reply_s:
+                return True
             self._tell(None)  # its client need not wait longer
-            await asyncio.sleep(self.robot.poll_interval_s)
-        sight = Sight.SILENT if silence.of_body else Sight.OUT_OF_REACH
-        begun = Begun.SEEN if self._doubt is None else Begun.IN_DOUBT
-        self._lose_sight(Unseen(sight, begun=begun), who=self._move.robot_id, unheard=silence.told)
-        return None
+            return False
+
+        axes = await until_answered(
+            self._ask_status,
+            silence,
+            shows_silence=line.shows_silence,
+            pause_s=self.robot.poll_interval_s,
+            gives_up=gives_up,
+        )
+        if power.cycled:
+            self._lose_sight(_seen(axes), happened=power.what_happened(), acknowledge=ACKNOWLEDGE)
+            return None
+        if axes is None:
+            sight = Sight.SILENT if silence.of_body else Sight.OUT_OF_REACH
+            begun = Begun.SEEN if self._doubt is None else Begun.IN_DOUBT
+            self._lose_sight(Unseen(sight, begun=begun), who=self._move.robot_id, unheard=silence.told)
+        return axes
+
+    async def _ask_status(self) -> list[AxisStatus]:
+        return list((await self.unit.status(VERIFY)).values())
 
     async def _come_to_rest(self) -> list[AxisStatus] | None:
         """Wait until the axes stand still, and give what they tell; None when the move is lost."""
@@ -325,7 +331,7 @@ class MoveRun:
         elif isinstance(outcome, NoReply):
             await self._outlive(outcome)
         else:
-            self._end(Unbegun.WITHHELD, outcome)
+            self._never_begun(outcome)
             self._tell(outcome)
 
     async def _rejected(self, error: str) -> None:
@@ -338,7 +344,7 @@ class MoveRun:
             return
         if error != IN_MOTION or (at_rest(axes) and await self._stands_as_before()):
             refusal = await self._refusal(error)
-            self._end(Unbegun.REFUSED, refusal)
+            self._never_begun(refusal)
             self._tell(refusal)
             return
         self._move.evidence.append(
