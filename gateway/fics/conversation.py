@@ -42,7 +42,7 @@ from protocols.fics.errors import FicsErrorKind, lookup
 from protocols.fics.link import FicsRefusal, SystemFailure
 from protocols.fics.positions import DownloadPositions, EndPositionUpload
 from protocols.fics.row import BLOCK_ERRORS, Block, FicsCommand, WhenAnswered
-from protocols.fics.system import CommunicationMode, HostMode, SelectUnit
+from protocols.fics.system import CommunicationMode, GetCommunicationMode, HostMode, SelectUnit
 from protocols.table import Effect
 
 TURN_WITHIN_S = 5.0
@@ -330,19 +330,27 @@ class Conversation:
             raise
 
     async def _put(self, question: RobotQuestion) -> Outcome:
-        self.known.sent(question)
-        outcome: Outcome
         if isinstance(question.command, TakeCurrentError):
-            try:
-                outcome = RobotAnswered((CurrentError(error=await self._take_error()),))
-            except NoReply as unanswered:
-                outcome = unanswered
-        else:
-            outcome = await self.say(question.command, fresh=question.fresh, proof=question.proof)
-        for reply in outcome.replies if isinstance(outcome, RobotAnswered) else ():
-            if isinstance(reply, CommunicationMode) and reply.mode != self.line.mode:
-                self.line.power_was_lost(f"the robot is in mode {reply.mode}")
+            return await self._error_or_silence()
+        if isinstance(question.command, GetCommunicationMode):
+            return await self._ask_mode(question)
+        self.known.sent(question)
+        outcome = await self.say(question.command, fresh=question.fresh, proof=question.proof)
         self.known.heard(question, outcome)
+        return outcome
+
+    async def _error_or_silence(self) -> Outcome:
+        try:
+            return RobotAnswered((CurrentError(error=await self._take_error()),))
+        except NoReply as unanswered:
+            return unanswered
+
+    async def _ask_mode(self, question: RobotQuestion) -> Outcome:
+        """Ask for the mode; a robot in another one has lost its power, and is set up again."""
+        outcome = await self.say(question.command, proof=question.proof)
+        reply = outcome.replies[0] if isinstance(outcome, RobotAnswered) else None
+        if isinstance(reply, CommunicationMode) and reply.mode != self.line.mode:
+            self.line.power_was_lost(f"the robot is in mode {reply.mode}")
         return outcome
 
     async def select(self, number: int, *, afresh: bool) -> None:
