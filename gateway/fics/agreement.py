@@ -1,4 +1,4 @@
-"""Whether a robot tells what it was told: the question that reads a command back, and the comparison."""
+"""The question that reads a command back, and the comparison of its answer with the command."""
 
 from itertools import zip_longest
 from math import isclose
@@ -13,7 +13,7 @@ from protocols.fics.system import SelectUnit, UnitNumbers
 from protocols.table import Reply
 
 READINGS: Final = 2
-"""A difference counts only if it is read so often: no checksum tells a garbled answer from another one."""
+"""The readings after which a difference counts: no checksum tells a garbled answer from another one."""
 PRECISION: Final = 1e-6
 """Numbers that differ by less than this part of them are one: those of 32 bits have no more digits."""
 
@@ -29,7 +29,7 @@ def query_of(command: FicsCommand[Any]) -> FicsCommand[Any] | None:
 
 
 def tells(command: FicsCommand[Any], reply: Reply) -> bool:
-    """Whether a reply tells what a command was to set; what it leaves as it is may be anything."""
+    """True if a reply tells what a command was to set; what it leaves as it is may be anything."""
     if isinstance(command, SwitchOutput) and isinstance(reply, ChannelBits):
         return bool(reply.bits >> command.bit & 1) == command.on
     if isinstance(command, SelectUnit) and isinstance(reply, UnitNumbers):
@@ -42,7 +42,7 @@ def tells(command: FicsCommand[Any], reply: Reply) -> bool:
 
 
 def _alike(wanted: Any, found: Any, step: float) -> bool:
-    """Whether values agree, in lists one by one; None leaves an axis as it is."""
+    """Compare values, in lists one by one; None leaves an axis as it is."""
     if isinstance(wanted, list):
         pairs = zip_longest(wanted, (found or [])[: len(wanted)])
         return all(one is None or _alike(one, other, step) for one, other in pairs)
@@ -50,7 +50,7 @@ def _alike(wanted: Any, found: Any, step: float) -> bool:
 
 
 def same_number(wanted: float, found: float, step: float = 0.0) -> bool:
-    """Whether a number is another as a robot displays it: cut or rounded to a multiple of `step`."""
+    """True if a number is another as a robot displays it: cut or rounded to a multiple of `step`."""
     if step:
         return abs(wanted - found) < step * (1 - PRECISION)
     return isclose(wanted, found, rel_tol=PRECISION, abs_tol=PRECISION)

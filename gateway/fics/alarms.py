@@ -1,4 +1,4 @@
-"""What goes wrong with robots, in words for a technician (C-HOST manual 2-12 to 2-14)."""
+"""The alarms of robots, in words for a technician (C-HOST manual 2-12 to 2-14)."""
 
 from collections.abc import Callable, Iterator, Sequence
 from typing import Final

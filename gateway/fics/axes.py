@@ -16,7 +16,7 @@ V = TypeVar("V")
 
 Coordinates = Literal["user", "motor"]
 Places = Mapping[str, float | None]
-"""By axis; None while its place is not known."""
+"""The place of each axis; None while it is not known."""
 Tell = Callable[[str, dict[str, Any]], object]
 """Publishes an event of a robot, by its type and its data."""
 
@@ -45,7 +45,7 @@ class UnitAxes:
         """Names of the user axes, in the order of coordinates."""
         self.motor_axes = motor_axes
         self.systems = systems
-        """What each axis is counted in; a name that user and motor axes share is one axis."""
+        """The unit system of each axis; a name that user and motor axes share is one axis."""
 
     def names(self, coordinates: Coordinates) -> list[str]:
         """The names of its axes in user or in motor coordinates."""
@@ -56,7 +56,7 @@ class UnitAxes:
         return {name: self.systems[name].unit(Quantity.POSITION) for name in self.names(coordinates)}
 
     def converted(self, axis: str) -> bool:
-        """Whether a user axis is no motor itself, but computed from motors (C-HOST manual 1-6)."""
+        """True if a user axis is no motor itself, but computed from motors (C-HOST manual 1-6)."""
         return axis in self.axes and axis not in self.motor_axes
 
     def motors_behind(self, axis: str) -> list[str]:
@@ -155,12 +155,12 @@ def unit_of(units: Sequence[U], number: int) -> U:
 
 
 def at_rest(axes: Iterable[AxisStatus]) -> bool:
-    """Whether nothing is under way that could move an axis: the first digit of ACD tells (2-10)."""
+    """True if nothing is under way that could move an axis: the first digit of ACD tells (2-10)."""
     return all(axis.motion_mode in (MotionMode.STANDING, MotionMode.STOPPED) for axis in axes)
 
 
 def in_trouble(axis: AxisStatus) -> bool:
-    """Whether the status of an axis tells of an error."""
+    """True if the status of an axis tells of an error."""
     return bool(axis.driver_error) or axis.motion_mode == MotionMode.STOPPED
 
 

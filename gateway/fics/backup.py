@@ -1,4 +1,4 @@
-"""What a robot keeps, as far as it tells: variables, settings, positions; as text, and compared with one."""
+"""Backups of a robot: its variables, settings and positions as text, and compared with a text."""
 
 import re
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
@@ -25,27 +25,27 @@ from protocols.wording import plain_number, sentence
 KIND = "robot"
 VARIABLES = "variables"
 Kind = Literal["variables", "settings", "positions"]
-"""Of sections; each unit has its own of settings and of positions."""
+"""The kinds of sections; each unit has its own of settings and of positions."""
 PREAMBLE = (
     "; Backup of motion controllers. Restore it by `motion-gateway restore TARGET FILE`.\n"
     "; Positions that a section does not name are not set, and variables are 0.\n"
     "; A setting or a section that is taken out is left as it is by a restore.\n"
 )
 GAP = 16
-"""So many numbers that are not set end the search for positions; the text says up to which it went."""
+"""The search for positions ends after this number of positions that are not set; the text says where."""
 ON: Final = {"on": True, "off": False}
 
 _PAIR = re.compile(r"([A-Z@])=([+-]?[0-9]+(?:\.[0-9]+)?)")
 _VARIABLE = re.compile("V([0-9]{2})")
 
 Values = Mapping[str, float]
-"""By axis."""
+"""A value for each axis."""
 OnRead = Callable[[], None]
 
 
 @dataclass
 class UnitContents:
-    """What a unit keeps, or should; None where a section is missing."""
+    """The contents of a unit, or of its part of a backup; None where a section is missing."""
 
     settings: dict[str, Values | bool] | None = None
     positions: dict[int, Values] | None = None
@@ -53,13 +53,13 @@ class UnitContents:
 
 @dataclass
 class RobotContents:
-    """What a robot keeps, or should."""
+    """The contents of a robot, or of a backup."""
 
     variables: dict[int, float] | None = None
     units: dict[int, UnitContents] = field(default_factory=dict)
 
     def without(self, kinds: Collection[str]) -> "RobotContents":
-        """The same without kinds of sections, which a restore leaves as they are."""
+        """Leave out kinds of sections, which a restore leaves as they are."""
         emptied = dict.fromkeys({"settings", "positions"} & {*kinds})
         units = {number: replace(it, **emptied) for number, it in self.units.items()}
         return RobotContents(None if VARIABLES in kinds else self.variables, units)
@@ -376,7 +376,7 @@ def _request(unit: RobotUnit, name: str, value: Values | bool) -> object:
 
 
 def differences(robot: AskedRobot, wanted: RobotContents, held: RobotContents) -> list[Difference]:
-    """What a robot holds otherwise than a backup has it."""
+    """Compare a robot with a backup."""
     return list(_differences(robot, wanted, held))
 
 
@@ -395,7 +395,7 @@ def _differences(robot: AskedRobot, wanted: RobotContents, held: RobotContents) 
 
 
 def _told(both: Iterable[UnitContents], section: str, key: object) -> list[str | None]:
-    """What a backup has in a section, and what the robot holds."""
+    """The values of a section in a backup and in the robot."""
     found = [(getattr(it, section) or {}).get(key) for it in both]
     return [None if value is None else _written(value) for value in found]
 

@@ -27,10 +27,10 @@ from protocols.fics.variables import SetVariable
 from protocols.table import Effect
 
 ATTEMPTS = 3
-"""What is not known to be done is done again, so often in all."""
+"""The most attempts at a step that is not known to be done."""
 NO_FLASH = "C-HOST has no command that writes flash memory; nothing was sent."
 READINGS = 3
-"""A reading amid which the power was lost is repeated, so often in all."""
+"""The most readings of a robot that loses its power meanwhile."""
 
 
 @dataclass(eq=False)
@@ -40,11 +40,11 @@ class RobotRestore:
     robot: Robot
     wanted: RobotContents
     held: RobotContents = field(default_factory=RobotContents)
-    """As of the last comparison."""
+    """The contents at the last comparison."""
     origin: Origin = field(default_factory=current)
     """The request that asked for it: what it sends passes."""
     epoch: int = field(init=False)
-    """Of the robot at the beginning: a stop ends the restore."""
+    """The stop epoch of the robot at the beginning: a stop ends the restore."""
 
     def __post_init__(self) -> None:
         self.epoch = self.robot.line.stop_epoch
@@ -68,7 +68,7 @@ class RobotRestore:
         """A robot ends its answer where nothing more is set."""
 
     def lets_pass(self, exchange: FicsExchange) -> bool:
-        """Whether something that changes or moves the robot may go: only what belongs to the restore."""
+        """True if something that changes or moves the robot may go: only what belongs to the restore."""
         return exchange.origin == self.origin
 
     async def require_rest(self) -> None:
@@ -91,7 +91,7 @@ class RobotRestore:
     ) -> Comparison:
         """Read what the backup has. In Ver.3 the mode proves that the power was kept meanwhile.
 
-        :raises InvalidRequest: what is kept without power is wanted, which nobody knows.
+        :raises InvalidRequest: what is kept without power is wanted, which C-HOST does not tell.
         :raises GatewayError: it was not read, or it loses its power again and again.
         """
         if lasting:
@@ -146,7 +146,7 @@ class RobotRestore:
         return [SetVariable(number=it, value=wanted.get(it, 0.0)) for it in numbers]
 
     def _settings(self, unit: RobotUnit) -> SettingsChange | None:
-        """What is to be changed; None where nothing is."""
+        """The settings to be changed; None where all agree."""
         wanted, held = self._sections(unit)
         names = backup.differing_settings(wanted, held)
         return backup.change_of(unit, {it: (wanted.settings or {})[it] for it in names}) if names else None
@@ -171,7 +171,7 @@ class RobotRestore:
     async def write(self, watcher: Watcher) -> None:
         """Write what differs; each part is read back before the next.
 
-        :raises GatewayError: somebody has ended it, or something is not known to be taken.
+        :raises GatewayError: it was ended, or a step is not known to be taken.
         """
         for variable in self._variables():
             await self._done(watcher, 1, partial(self.robot.change, variable))
@@ -187,7 +187,7 @@ class RobotRestore:
                 await self._done(watcher, commands, store)
 
     async def _done(self, watcher: Watcher, commands: int, work: Callable[[], Awaitable[object]]) -> None:
-        """Do something that does no harm when it is done twice; where nobody knows, do it again."""
+        """Do a step that does no harm when it is done twice; repeat it where its outcome is not known."""
         for attempt in range(1, ATTEMPTS + 1):
             watcher.require_wanted()
             self._require_no_stop()
@@ -226,11 +226,11 @@ RESTORED: Final[tuple[type[FicsCommand[Any]], ...]] = (
     *(SetSmoothAcceleration, BeginPositionUpload, ClearPositions, SetVariable),
     *(setting.write for setting in SETTINGS.values()),
 )
-"""What changes something that a backup has."""
+"""The commands that change something that a backup has."""
 
 
 def motion_without_proof(exchange: FicsExchange, _: float) -> GatewayError | None:
-    """A motion that came here without proof of all it depends on is no move, and nobody would follow it."""
+    """Refuse a motion without a proof: it is no move, and no run would follow it."""
     if exchange.command.effect is not Effect.MOTION or exchange.needs is not None:
         return None
     name = exchange.command.wire_name()

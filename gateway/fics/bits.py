@@ -31,9 +31,9 @@ log = logging.getLogger(__name__)
 BITS_TOLD_BY: Final = GetAxisStatus, GetAxisSensors
 """The questions that are answered with bits."""
 AT_REST: Mapping[str, bool] = {"origin_done": True, "servo_ready": True, "moving": False, "alarm": False}
-"""What a homed axis shows that stands still without an error."""
+"""The bits of a homed axis that stands still without an error."""
 TELLS_MOTION = {(True, True), (False, False)}
-"""Whether an axis was at work by the first digit of ACD, and moved by the second: what bears that bit out."""
+"""The pairs of (at work by the first digit of ACD, moved by the second) that bear the second out."""
 
 
 @dataclass(eq=False)
@@ -43,7 +43,7 @@ class Bits:
     status: tuple[str, ...] = STATUS_BITS
     sensors: tuple[str, ...] = SENSOR_BITS
     mismatches: dict[int, str] = field(default_factory=dict)
-    """By unit, what it showed at rest that does not go with their order."""
+    """The bits of a unit at rest that do not go with their order, as a sentence, by unit."""
     _compared: set[int] = field(default_factory=set)
     _motion_shown: set[tuple[bool, bool]] = field(default_factory=set)
 
@@ -76,14 +76,14 @@ class Bits:
         }
 
     def may_move(self, axis: AxisStatus) -> bool:
-        """Whether an axis may be on its way, where only the bit `moving` tells (C-HOST manual 2-10).
+        """True if an axis may be on its way, where only the bit `moving` tells (C-HOST manual 2-10).
 
         It says otherwise only of a robot that has shown it in motion, and never at rest.
         """
         return axis.moving or self._motion_shown - {(True, False)} != TELLS_MOTION
 
     def may_brake(self, axes: Iterable[AxisStatus]) -> bool:
-        """Whether an axis may still be on its way in an emergency stop (C-HOST manual 2-10)."""
+        """True if an axis may still be on its way in an emergency stop (C-HOST manual 2-10)."""
         return any(axis.motion_mode == MotionMode.STOPPED and self.may_move(axis) for axis in axes)
 
     def compare_again(self) -> None:
@@ -91,7 +91,7 @@ class Bits:
         self._compared.clear()
 
     def is_due(self, unit: int) -> bool:
-        """Whether a unit was not compared yet."""
+        """True if a unit was not compared yet."""
         return unit not in self._compared
 
     def was_looked_at(self, unit: int) -> None:
@@ -130,7 +130,7 @@ class Bits:
 # edges
 
 TOLD_BITS: Final = ("origin_done", "servo_ready", "alarm")
-"""That an axis moves is told by its move."""
+"""The bits whose edges are events; the move of an axis tells that it moves."""
 
 
 @dataclass(eq=False)
@@ -139,7 +139,7 @@ class AxisEdges:
 
     _tell: Tell
     _last: dict[tuple[int, str], Sequence[Any]] = field(default_factory=dict, init=False)
-    """By unit and event type, what was told last of each axis."""
+    """The last reading of each axis, by unit and event type."""
 
     def note_status(self, unit: UnitAxes, _: FicsCommand[Any], reply: AxisStatuses) -> None:
         """A unit has told its status (ACD)."""

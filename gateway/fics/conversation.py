@@ -77,12 +77,12 @@ class Accepted(NamedTuple):
     """Ver.2: only a refusal ever comes here."""
 
     def was_not_written(self) -> bool:
-        """Whether it was withdrawn before it was written."""
+        """True if it was withdrawn before it was written."""
         outcome = self.outcome.result() if self.outcome.done() else None
         return isinstance(outcome, GatewayError) and outcome.moved == "no"
 
     def was_refused(self) -> bool:
-        """Whether nothing moved because of it."""
+        """True if nothing moved because of it."""
         return self.outcome.done() and isinstance(self.outcome.result(), FicsRefusal)
 
 
@@ -238,7 +238,7 @@ class Conversation:
         """Reset the errors of the system, and see whether one still stands (DRT, C-HOST manual 2-14).
 
         :raises ErrorRemains: its cause is still there.
-        :raises NotReadBack: it was done, and nobody knows what still stands.
+        :raises NotReadBack: it was done, and the robot has not told what still stands.
         :raises GatewayError: it was not done.
         """
         try:
@@ -304,7 +304,7 @@ class Conversation:
         self._begin(self.poll_error(), f"errors of {self.robot_id}")
 
     async def leave_refusal(self, lane: Lane) -> int | None:
-        """Leave a refusal that nobody reads: only ERR and a loss of power clear it (C-HOST manual 2-12).
+        """Leave a refusal unread: only ERR and a loss of power clear it (C-HOST manual 2-12).
 
         It is that of the end of an upload where none is open. Gives `FicsLine.unheard` then, None in trouble.
         """
@@ -379,7 +379,7 @@ class Conversation:
                 await self.select(before, afresh=False)
 
     async def see_power(self, unit: UnitAxes | None = None, *, speeds: bool = True) -> bool:
-        """Whether the robot proves that it was not switched off; in Ver.2 a `unit` tells by its signs.
+        """True if the robot proves that it was not switched off; in Ver.2 a `unit` tells by its signs.
 
         Its `speeds` are one of them, where it is not homed.
 
@@ -395,7 +395,7 @@ class Conversation:
             return await self._see_signs(unit, speeds=speeds)
 
     async def _see_signs(self, unit: UnitAxes, *, speeds: bool) -> bool:
-        """Whether the robot proves that it has kept its power; in Ver.2 by what a loss would take away.
+        """True if the robot proves that it has kept its power; in Ver.2 by what a loss would take away.
 
         These are the origins of a unit, or `speeds` below 100 % where it has none. The unit is selected.
         """
@@ -473,7 +473,7 @@ class Conversation:
     ) -> Accepted:
         """Write a motion command at most once, and give what will become of it.
 
-        It is withdrawn if it cannot be written in time, or if nobody waits for that any more. In Ver.2 only a
+        It is withdrawn if it cannot be written in time, or if its caller has gone. In Ver.2 only a
         refusal ever comes.
 
         :raises NotProved: the proof does not hold any more; it was not written.
@@ -676,7 +676,7 @@ class Conversation:
         mine = asyncio.current_task()
 
         def begun() -> None:
-            """Who asks from now on wants a later answer."""
+            """Let later callers wait for a later answer."""
             if self._waiting.get(question) is mine:
                 del self._waiting[question]
 
@@ -706,13 +706,13 @@ class Conversation:
             return answered_now(answer)
 
     def _holds(self, number: int) -> bool:
-        """Whether a question can be put to a unit as things are."""
+        """True if a question can be put to a unit as things are."""
         unit = self.known.unit
         is_known = unit.number == number or unit.is_alone
         return is_known and (self.known.motion.command is not None or self._is_trusted())
 
     def _is_trusted(self) -> bool:
-        """Whether the robot has told its unit a moment ago, or keeps it: it moves, or has no other."""
+        """True if the robot has told its unit a moment ago, or keeps it: it moves, or has no other."""
         unit, now = self.known.unit, asyncio.get_running_loop().time()
         holds = bool(self.known.motion.foreign) or now < unit.holds_until
         return (unit.number is not None and holds) or unit.is_alone
@@ -741,7 +741,7 @@ class Conversation:
 
 
 def _reset_told_by(error: str) -> Outcome:
-    """What became of DRT, which nothing forbids: whether an error stands tells (C-HOST manual 1-7, 2-14).
+    """Tell the outcome of DRT, which nothing forbids, by whether an error stands (C-HOST manual 1-7, 2-14).
 
     A refusal is that of an older command, which the error has hidden; it stands no more.
     """

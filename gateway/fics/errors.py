@@ -1,4 +1,4 @@
-"""What can go wrong with a robot besides what can go wrong with anything."""
+"""Errors of robots, besides those of all controllers."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -27,7 +27,7 @@ from protocols.table import Retry
 LASTING = frozenset({"E05", "E06", "E07", "E08", "E09", "E11", "E12"})
 """Refusals that the same request meets again until it, or a setting, is changed (C-HOST manual 2-12)."""
 IN_MOTION = "E01"
-"""How what the manual forbids during motion is refused (C-HOST manual 1-7)."""
+"""The refusal of a command that the manual forbids during motion (C-HOST manual 1-7)."""
 CANNOT_BE_CARRIED_OUT = "E10"
 T = TypeVar("T")
 HOME_FIRST = texts.text("refusals.home-first").en
@@ -59,7 +59,7 @@ def answered(
 
 
 class RefusedBefore(ControllerRefused):
-    """What goes before a command was refused, and so the command was not sent."""
+    """A preparation was refused, so the command itself was not sent."""
 
     def __init__(self, robot_id: str, command: FicsCommand[Any], refusal: ControllerRefused) -> None:
         self.refused: str = refusal.refused if isinstance(refusal, RefusedBefore) else refusal.command_code
@@ -199,7 +199,7 @@ class UnitMissing(UnitNotSelected):
 
 
 class NotProved(NotSent):
-    """What the robot has told before a motion may no longer be so: the line was disturbed in between."""
+    """The line was disturbed between the questions before a motion, so their answers prove nothing."""
 
     kind = "not-proved"
 

@@ -31,7 +31,7 @@ class RobotAnswered:
     confirmed: bool = True
     """False where the mode is silent: the command has left, and nothing more is known."""
     texts: tuple[str, ...] = field(default=(), compare=False)
-    """What followed the name in each answer, as it came."""
+    """The text behind the name in each answer, as it came."""
 
 
 Outcome = RobotAnswered | FicsRefusal | SystemFailure | GatewayError
@@ -66,7 +66,7 @@ class FicsExchange(Exchange[FicsCommand[Any], ReplyFrame, RobotAnswered | FicsRe
     outdated_before: int = 0
     """The number of the last frame that was no mere read: what was asked before it may be outdated."""
     unheard: int = 0
-    """What `FicsLine.unheard` was when it had been written."""
+    """`FicsLine.unheard` when it had been written."""
     parts: list[tuple[Reply, str]] = field(default_factory=list)
     """The answers to this attempt and their texts, while more are to come."""
 
@@ -83,10 +83,10 @@ class FicsExchange(Exchange[FicsCommand[Any], ReplyFrame, RobotAnswered | FicsRe
         return remedy_of(self.command)
 
     def mistakes(self, said: RememberedReply) -> bool:
-        """Whether a copy would be credited, and be wrong (decision 12).
+        """True if a copy would be credited, and be wrong (decision 12).
 
         Equal reads are not kept apart, as long as nothing is done in between: a copy tells what was true a
-        moment before. What has to be fresh is kept apart even from them.
+        moment before. A command that has to be fresh is kept apart even from them.
         """
         return not self._is_right(said) and credit(self.command, said.frame) is not None
 

@@ -168,7 +168,7 @@ class Fics(Robots):
         return UnitTarget(robot, robot.unit(int(of_robot[1])), self.moves)
 
     def link_of(self, line_id: str) -> Target:
-        """Nobody stands between a line and its robot."""
+        """Refuse a link: none stands between a line and its robot."""
         raise InvalidRequest(
             f"Line {line_id} leads to a robot and has no bodies; nothing was sent.",
             "GET /robots lists the robots, with their lines.",
@@ -212,13 +212,13 @@ class Fics(Robots):
         return row.is_query()
 
     def causes(self) -> Iterator[Cause]:
-        """What can go wrong with robots."""
+        """The causes of the robots' alarms."""
         return causes(self._all.get)
 
     # over restarts
 
     def trajectories(self) -> Sequence[Any]:
-        """Those of the moves."""
+        """The trajectories of the moves."""
         return self.moves.trajectories.all
 
     def works(self) -> Mapping[str, DurableJobs[Any]]:

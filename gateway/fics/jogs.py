@@ -22,10 +22,10 @@ STILL_WITHIN_S = 1.0
 """An axis that still moves after this time since the end of its JOG makes the whole robot stop; one that says
 so has the time of its ramp."""
 AFTER_RAMP_S = 0.5
-"""So much later than its ramp can be over it is to be seen to stand still."""
+"""Patience after the longest ramp until the axis is seen to stand still, in seconds."""
 RECHECK_S = 0.1
 STILL_LOOKS = 2
-"""An axis seen to stand still so often in turn jogs no more; a single look may come before it begins."""
+"""Looks in turn at an axis that stands still until it jogs no more; a single look may come too early."""
 
 
 class JogSession(Jog):
@@ -129,7 +129,7 @@ class RobotJogs(Jogs[JogSession, None]):
             raise
 
     async def _may_have_run(self, error: GatewayError, session: _Session, epoch: int) -> bool:
-        """Whether it was refused as in motion, and its axis moves: by a first copy of a doubled start.
+        """True if it was refused as in motion, and its axis moves: by a first copy of a doubled start.
 
         An axis that was stopped meanwhile may stand still because of that.
         """
@@ -261,7 +261,7 @@ class RobotJogs(Jogs[JogSession, None]):
         return session.jog.id in self._sessions
 
     async def _stands_still(self, unit: int, axis: str) -> bool | None:
-        """Whether an axis stands still; None where the robot did not tell."""
+        """True if an axis stands still; None where the robot did not tell."""
         jogged = unit_of(self._units, unit)
         try:
             axes = await jogged.status(Lane.VERIFY)  # no read of others wears out patience
@@ -274,7 +274,7 @@ class RobotJogs(Jogs[JogSession, None]):
             return None
 
     async def _stays(self, unit: RobotUnit, axis: str, motors: Mapping[str, AxisStatus]) -> bool:
-        """Whether an axis stands still while others of the unit jog: its motors are where they were before.
+        """True if an axis stands still while others of the unit jog: its motors are where they were before.
 
         Where their places are not known, only the second digit of ACD tells (C-HOST manual 2-10), if it does.
         """
@@ -292,7 +292,7 @@ class RobotJogs(Jogs[JogSession, None]):
         return [it for it in sessions if motors & self._motors(unit, it.jog.axis)]
 
     def _motors(self, unit: int, axis: str) -> set[str]:
-        """The motors that move an axis; all of them where nobody knows which.
+        """The motors that move an axis; all of them where it is not known which.
 
         :raises InvalidRequest: the unit has no such axis.
         """

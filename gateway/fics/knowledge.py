@@ -33,7 +33,7 @@ UNIT_OF_POWER_ON = 1
 Learn = Callable[[UnitAxes, FicsCommand[Any], Any], None]
 """Called with a unit, what it was asked, and its reply."""
 SAID_AGAIN: Final = 2
-"""A selection that is out of range is said so often: the line may have made another number of it."""
+"""Attempts at a selection that is out of range: the line may have made another number of it."""
 
 
 class SelectedUnit:
@@ -56,7 +56,7 @@ class SelectedUnit:
         self.holds_until = 0.0
         """Until then a question trusts the unit that the robot has told."""
         self.is_alone = self._units == [UNIT_OF_POWER_ON]
-        """Whether nothing else can be selected."""
+        """True if nothing else can be selected."""
 
     def forget(self) -> None:
         """Anything may be selected now."""
@@ -73,7 +73,7 @@ class SelectedUnit:
         self.holds_until = asyncio.get_running_loop().time() + UNIT_HOLDS_S
 
     def unseen(self) -> list[int]:
-        """The units of which nobody knows whether the robot has them: only a selection tells."""
+        """The units that the robot was not seen to have: only a selection tells."""
         return [] if self.is_alone else [it for it in self._units if it not in self._seen]
 
     def _is_known(self, number: int) -> bool:
@@ -127,7 +127,7 @@ class SelectedUnit:
     def selected(self, number: int, power: RobotPower, *, afresh: bool) -> Missing:
         """Need that a unit is selected; `afresh` asks the robot even where the gateway knows.
 
-        A robot that moves is asked, too, where nobody knows its unit, as after a restart in the middle of a
+        A robot that moves is asked, too, where its unit is not known, as after a restart in the middle of a
         move: it refuses that until the unit it acts on stands still (C-HOST manual 1-7). The need raises
 
         :raises RobotBusy: the robot moves, and while it does no other unit can be selected.
@@ -174,7 +174,7 @@ class SelectedUnit:
     def _after_selection(self, number: int, power: RobotPower, heard: History) -> RobotQuestion:
         """Another number may have been made of a selection that is out of range: it is said again.
 
-        Whether it has worked is seen afterwards, answered or not; silence may be that of power-on (Ver.2).
+        It is seen afterwards if it has worked, answered or not; silence may be that of power-on (Ver.2).
         """
         command, outcome = heard[-1].question.command, heard[-1].outcome
         if _is_out_of_range(outcome):
@@ -249,11 +249,11 @@ class Knowledge:
         self.power = RobotPower(robot_id, units, line, tell, self.error.forget)
         self.unit = SelectedUnit(robot_id, units, self.motion, tell)
         self.settings_changed = 0
-        """How often a setting of an axis may have changed."""
+        """Count of the times that a setting of an axis may have changed."""
         self.durations: dict[tuple[int, Coordinates], AxisDurations] = {}
-        """How fast the axes of a unit go by the settings that were read last."""
+        """Speeds and ramps of the axes of a unit by the settings that were read last."""
         self.said = 0
-        """How often something was said that may have changed what was read before."""
+        """Count of the commands that may have changed what was read before."""
         edges = AxisEdges(tell)
         self._learners: Mapping[type[Reply], Sequence[Learn]] = {
             AxisCoordinates: [self.power.origins.note],
@@ -383,7 +383,7 @@ class Knowledge:
     def error_told(self, heard: History) -> RobotQuestion | None:
         """Need that the robot tells its error: in Ver.2 one that stands would hide the next refusal.
 
-        :raises NotSent: it did not tell, so nobody could tell whether it refuses what follows.
+        :raises NotSent: it did not tell, so a refusal of what follows could not be told.
         """
         if not heard:
             return RobotQuestion(TakeCurrentError())
@@ -422,12 +422,12 @@ class Knowledge:
 
 
 UNKNOWN = "E12"
-"""So a robot refuses a macro that it does not have."""
+"""The refusal of a macro that the robot does not have."""
 
 
 @dataclass
 class Macros:
-    """What the configuration says of them, and which the robot has refused since the gateway was started."""
+    """Macros by the configuration, and those that the robot has refused since the gateway was started."""
 
     titles: Mapping[str, str] = field(default_factory=dict)
     refused: set[str] = field(default_factory=set)

@@ -16,10 +16,10 @@ from protocols.fics.speeds import GetDecelerationTimes
 
 MOVES_ALL_UNITS = HomeRobot, RunMacro
 SMOOTH = 2.0
-"""An S-curve takes up to so many times as long as a straight ramp: an assumption."""
+"""Duration of an S-curve as a multiple of that of a straight ramp, at most: an assumption."""
 QUESTIONS: Final[Sequence[FicsCommand[AxisTimes]]] = (GetDecelerationTimes(), GetMotorDecelerationTimes())
 _CODES: Final = frozenset(it.code for it in QUESTIONS)
-"""Of the questions, and of the commands that set the times."""
+"""The codes of the questions, and of the commands that set the times."""
 
 
 class Ramps:
@@ -27,7 +27,7 @@ class Ramps:
 
     def __init__(self) -> None:
         self._times_ms: dict[tuple[int, str], Sequence[float]] = {}
-        """By unit and command."""
+        """Deceleration times in milliseconds, by unit and command."""
 
     @property
     def longest_s(self) -> float | None:
@@ -40,7 +40,7 @@ class Ramps:
         return [it for it in QUESTIONS if (unit.number, it.code) not in self._times_ms]
 
     def note(self, unit: UnitAxes, command: FicsCommand[Any], reply: AxisTimes) -> None:
-        """Note what a unit has told, whoever has asked."""
+        """Note the times that a unit has told to any question."""
         if command.code in _CODES:
             self._times_ms[unit.number, command.code] = reply.times_ms
 
@@ -60,11 +60,11 @@ class MotionState:
         self.unit: int | None = None
         """The unit the last one was sent to."""
         self.kept: int | None = None
-        """The unit that moves: nobody can select another, but a macro may (C-HOST manual 1-7)."""
+        """The unit that moves: no other can be selected, but a macro may (C-HOST manual 1-7)."""
         self.foreign: bool | None = None
-        """Whether it was seen to move without a command of ours; None until it was looked at."""
+        """True if it was seen to move without a command of ours; None until it was looked at."""
         self.poll_due = asyncio.Event()
-        """It is to be looked at now, not at the next round."""
+        """Set when it is to be looked at now, not at the next round."""
         self.idle = asyncio.Event()
         """No unit has a move that is not over."""
         self.idle.set()
@@ -74,21 +74,21 @@ class MotionState:
         """Held from a change of a table of positions until it is read back: nothing moves meanwhile."""
         self.ramps = Ramps()
         self.stops = 0
-        """How many are not confirmed yet, or not recorded."""
+        """Count of the stops that are not confirmed yet, or not recorded."""
 
     @property
     def moving(self) -> bool | None:
-        """Whether it moves; None where it was not looked at since it was out of reach."""
+        """True if it moves; None where it was not looked at since it was out of reach."""
         return True if self.command is not None else self.foreign
 
     @property
     def stopping(self) -> bool:
-        """Whether a stop is not confirmed yet."""
+        """True if a stop is not confirmed yet."""
         return self.stops > 0
 
     @property
     def jogs(self) -> bool:
-        """Whether the motion under way is that of JOG sessions."""
+        """True if the motion under way is that of JOG sessions."""
         return isinstance(self.command, StartJog)
 
     # motion commands
@@ -123,7 +123,7 @@ class MotionState:
             self._tell("robot.motion.foreign", {})
 
     def doubt(self) -> None:
-        """Nobody knows any more whether it stands still."""
+        """Forget that it stands still."""
         self.foreign = self.foreign or None
         self.poll_soon()
 

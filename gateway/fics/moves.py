@@ -79,7 +79,7 @@ Without it, a robot in Ver.2 that is not homed does not show whether it kept its
 ANSWER_AFTER_REST_S = 0.5
 """An answer that comes later than this after standstill is taken for lost."""
 VERIFY = Lane.VERIFY
-"""What proves how a move ends is asked before all that others want of the robot."""
+"""The lane of the proof of a move's end, which goes before all that clients want of the robot."""
 
 AT_TARGET = "The axes stand at the target."
 
@@ -106,11 +106,11 @@ class MoveRun:
         self._stops_before = self._line.stops
         self._overdue_at: float | None = None
         self._left: int | None = None
-        """How often anything was unheard when a refusal was left unread, which a loss of power clears."""
+        """`FicsLine.unheard` when a refusal was left unread, which a loss of power clears."""
         self._doubt: NoReply | None = None
-        """Why nobody knows whether the command was executed."""
+        """The reason why it is not known if the command was executed."""
         self._power_kept = False
-        """Whether something proves that the robot has not lost its power on the way."""
+        """True if something proves that the robot has not lost its power on the way."""
 
     async def make(self, start_within_s: float) -> None:
         """Follow the move from the queue to its end."""
@@ -168,7 +168,7 @@ class MoveRun:
             self._runs.unbegun(self, self._move, error, refused=isinstance(error, ControllerRefused))
 
     def withdraw(self, why: str) -> None:
-        """Nobody follows it any more: what is not written yet never is."""
+        """End the watch over the move: its command is not written any more."""
         cancelled = Cancelled(f"{why} Nothing was sent.", "Try again.")
         self._line.cancel(lambda it: it.lane is Lane.COMMAND, cancelled)
         if self.robot.known.motion.command is self._command:
@@ -261,7 +261,7 @@ class MoveRun:
             self.robot.publish("robot.move.overdue", told, self.unit, self._move.id)
 
     async def _rests_without_answer(self, accepted: Accepted) -> bool:
-        """Whether the axes stand still for certain, and the answer, where there is one, stays away."""
+        """True if the axes stand still for certain, and the answer, where there is one, stays away."""
         begins_late = self._move.status is MoveStatus.SENT  # as it may
         if begins_late or self._line.mode != HostMode.VER_2:
             await asyncio.wait({accepted.outcome}, timeout=ANSWER_AFTER_REST_S)
@@ -271,7 +271,7 @@ class MoveRun:
         return axes is not None and at_rest(axes) and not accepted.outcome.done()
 
     async def _status(self) -> list[AxisStatus] | None:
-        """What the axes do; None when the move is lost, or nobody could ask for too long.
+        """Ask for the state of the axes; None when the move is lost, or they were out of reach for too long.
 
         After a loss of power they are asked, too: only what was seen is told of them.
         """
@@ -321,7 +321,7 @@ class MoveRun:
     # the end
 
     async def _conclude(self, outcome: Outcome) -> None:
-        """The robot has answered, or nobody will know its answer."""
+        """End the move by its answer, or without one."""
         if isinstance(outcome, FicsRefusal):
             await self._rejected(outcome.error)
         elif isinstance(outcome, RobotAnswered | SystemFailure):
@@ -354,7 +354,7 @@ class MoveRun:
         await self._resolve(refused_in_motion(self.unit.address, self._move.command))
 
     async def _stands_as_before(self) -> bool:
-        """Whether axes at rest have not been elsewhere: a stop may have brought them to rest."""
+        """True if axes at rest have not been elsewhere: a stop may have brought them to rest."""
         if self._stopped():
             return False
         await self._read_position()
@@ -391,7 +391,7 @@ class MoveRun:
             await self._weigh(axes)
 
     async def _lost_power(self) -> bool:
-        """Whether the move is lost with the power; the robot may prove that it was kept."""
+        """True if the move is lost with the power; the robot may prove that it was kept."""
         try:
             self._power_kept = await self._talk.see_power(self.unit)
         except PowerCycled:
@@ -402,7 +402,7 @@ class MoveRun:
         return False
 
     async def _weigh(self, axes: list[AxisStatus]) -> None:
-        """Nobody has stopped the axes: see what they tell of how it ended."""
+        """Judge the end of axes that no stop has stopped, by what they tell."""
         error = self.robot.known.error.latched
         if error is not None:
             await self._failed(error.code or "999", looked=True)
@@ -445,7 +445,7 @@ class MoveRun:
             await self._infer(axes)
 
     async def _resolve(self, error: NoReply) -> None:
-        """Nobody saw it begin, or in this life: let the axes tell, where they can prove it."""
+        """Judge a move that was not seen to begin by the axes, where they can prove it."""
         self._doubt = error
         if not await self._come_to_rest() or await self._lost_power():
             return
@@ -465,7 +465,7 @@ class MoveRun:
             self._move.position = await self.unit.position(self._move.coordinates, VERIFY)
 
     def _stopped(self) -> bool:
-        """Whether a stop was sent since the move was admitted."""
+        """True if a stop was sent since the move was admitted."""
         return self._line.stops != self._stops_before
 
     def _places(self) -> PlaceProof:
@@ -480,7 +480,7 @@ class MoveRun:
         )
 
     async def _has_kept_power(self, places: PlaceProof) -> bool:
-        """Whether that is proved: by the mode, by what was left unread, or by places."""
+        """True if that is proved: by the mode, by what was left unread, or by places."""
         if not self._power_kept and self._line.mode != HostMode.VER_2:
             await self._lost_power()
             return self._power_kept

@@ -1,4 +1,4 @@
-"""What a robot's move would do, asked without moving: the exact frame, where it goes, how long it takes."""
+"""Plans of robots' moves: the exact frame, the way, the duration; and the samples beside a plan."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -29,7 +29,7 @@ from protocols.fics.row import FicsCommand
 PER_SECOND = {AxisSystem.MILLIMETRE: 1.0, AxisSystem.PULSE: 1000.0, AxisSystem.DEGREE: 6.0}
 """Units of position a second in mm/s, kpps and rpm (C-HOST manual 1-5)."""
 PATIENCE, PATIENCE_S = 1.5, 5.0
-"""A move that takes longer than so many times its reckoning, and so much more, is told to be overdue."""
+"""A move is overdue after this multiple of its reckoning and this time more, in seconds."""
 
 ROWS: Final[Mapping[Coordinates, Sequence[FicsCommand[Any]]]] = {
     "user": (
@@ -45,7 +45,7 @@ ROWS: Final[Mapping[Coordinates, Sequence[FicsCommand[Any]]]] = {
         motor_axes.GetMotorDecelerationTimes(),
     ),
 }
-"""What tells the maximum speeds, the percents of them and both times of user and of motor axes."""
+"""The questions for the maximum speeds, their percents and both times of user and of motor axes."""
 
 
 async def longest_move_s(
@@ -135,7 +135,7 @@ class Ride:
     """The speed it starts with and ends with."""
     peak: float
     faster: float
-    """By how much it grows a second."""
+    """Acceleration in units per second squared."""
     slower: float
 
     @property
@@ -149,7 +149,7 @@ class Ride:
         return ramps_s + max(self.way - (self.low + self.peak) / 2 * ramps_s, 0.0) / self.peak
 
     def gone(self, seconds: float) -> float:
-        """How far it has gone after so many seconds."""
+        """The way that is behind it after a time in seconds."""
         left_s = self.duration_s - seconds
         if seconds <= 0 or left_s <= 0:
             return 0.0 if seconds <= 0 else self.way
@@ -316,7 +316,7 @@ class RobotTrajectory(Trajectory[Places]):
     async def rides(self) -> dict[str, Ride] | str:
         """Work out the plan by the settings that the move was made with, or say why there is none.
 
-        They are read when somebody first asks: no move waits for its plan.
+        They are read at the first request: no move waits for its plan.
         """
         if self._rides is None:
             try:
@@ -353,7 +353,7 @@ class RobotTrajectory(Trajectory[Places]):
         return found
 
     def planned(self, rides: Mapping[str, Ride], seconds: float) -> dict[str, float]:
-        """Where the plan has the axes that move after so many seconds."""
+        """The planned places of the axes that move, after a time in seconds."""
         start, target = self.move.start_position or {}, self.move.target_position or {}
         places: dict[str, float] = {}
         for axis, ride in rides.items():

@@ -24,11 +24,11 @@ from protocols.fics.system import CommunicationMode, HostMode, SelectUnit
 from protocols.table import Reply
 
 History = Sequence[Asked[RobotQuestion, Outcome]]
-"""What was asked for a need so far."""
+"""The questions that were asked for a need so far, with their outcomes."""
 Missing = CoreMissing[RobotQuestion, Outcome]
 
 FULL_SPEED: Final = 100.0
-"""What every speed percentage is after power-on (C-HOST manual 2-15, 4-5)."""
+"""Every speed percentage after power-on (C-HOST manual 2-15, 4-5)."""
 ACKNOWLEDGE = "See that its speeds are right, acknowledge the power cycle, then home it."
 
 Setter = type[SetSpeedPercent] | type[SetMotorSpeedPercent]
@@ -36,7 +36,7 @@ SPEEDS: Final[dict[Coordinates, tuple[Setter, FicsCommand[Any]]]] = {
     "user": (SetSpeedPercent, GetSpeedPercent()),
     "motor": (SetMotorSpeedPercent, GetMotorSpeedPercent()),
 }
-"""By coordinates, the command that sets the speed percentages of a unit, and the question for them."""
+"""The command that sets the speed percentages of a unit, and the question for them, by coordinates."""
 Speeds = dict[str, float]
 """Percent by axis."""
 
@@ -45,7 +45,7 @@ HIDE_PLACES = (MotionMode.HOMING, MotionMode.MACRO)
 
 
 class OriginSign(IntEnum):
-    """What a unit that was homed has told since, in turn."""
+    """The signs that a homed unit is homed no more, in turn."""
 
     PLACES = 0
     NO_PLACES = 1
@@ -74,15 +74,15 @@ class Origins:
         self._all_placed.clear()
 
     def are_known(self, unit: UnitAxes) -> bool:
-        """Whether a unit is known to have something that a loss of power takes away."""
+        """True if a unit is known to have something that a loss of power takes away."""
         return unit.number in self._signs
 
     def are_complete(self, unit: UnitAxes) -> bool:
-        """Whether every axis of a unit is known to be homed."""
+        """True if every axis of a unit is known to be homed."""
         return unit.number in self._all_placed
 
     def are_doubtful(self, unit: UnitAxes) -> bool:
-        """Whether a homed unit has just told no place."""
+        """True if a homed unit has just told no place."""
         return self._signs.get(unit.number, OriginSign.PLACES) is not OriginSign.PLACES
 
     def note(self, unit: UnitAxes, command: FicsCommand[Any], reply: Reply) -> None:
@@ -113,7 +113,7 @@ class Origins:
 
 
 class RobotMemory(BaseModel):
-    """What a gateway has to remember of a robot over restarts."""
+    """The facts about a robot that a gateway remembers over restarts."""
 
     mode: int
     """In which it was left: a robot that is in the mode of power-on afterwards has lost its power."""
@@ -139,7 +139,7 @@ class LineFacts(Protocol):
 
 @dataclass(eq=False)
 class RobotPower:
-    """What is known of what a loss of power takes from a robot: its mode, its homing, its speeds."""
+    """The knowledge that a loss of power takes away: mode, homing, speeds."""
 
     robot_id: str
     units: Sequence[UnitAxes]
@@ -147,20 +147,20 @@ class RobotPower:
     _tell: Tell
     _forget_error: Callable[[], None]
     cycled: bool = False
-    """Whether the robot has lost its power, and nobody has acknowledged that yet."""
+    """True while the robot has lost its power and the loss is not acknowledged."""
     losses: int = 0
     """Counts the losses of power that were noticed."""
     due: set[int] = field(default_factory=set)
     """The units whose speeds have to be set again before any move."""
     _speeds: dict[int, dict[Coordinates, Speeds]] = field(default_factory=dict)
-    """By unit, in user and in motor coordinates, which have a value each (C-HOST manual 2-15, 4-5).
+    """The speed percentages by unit, in user and in motor coordinates (C-HOST manual 2-15, 4-5).
 
-    As last set, or as read before; an axis nobody spoke of is missing.
+    As last set, or as read before; an axis that was never set or read is missing.
     """
     _certain: bool = True
-    """Whether the loss that nobody has acknowledged is certain."""
+    """True while the loss that is not acknowledged is certain."""
     _absences: int | None = None
-    """What `FicsLine.absences` was when it was last seen whether the power was kept; None after a start."""
+    """`FicsLine.absences` when the power was last seen to be kept or lost; None after a start."""
     on_memory: Callable[[], None] = lambda: None
     """Called when there may be something else to remember."""
 
@@ -219,11 +219,11 @@ class RobotPower:
 
     @property
     def in_doubt(self) -> bool:
-        """Whether it may have lost its power unseen: it was not asked since for what a loss would take."""
+        """True if it may have lost its power unseen: it was not asked since for what a loss would take."""
         return self.line.absences != self._absences
 
     def settle_doubt(self, absences: int) -> None:
-        """All that a loss would take was looked at since the line had been away so often."""
+        """Note that all that a loss would take was looked at when the line had this count of absences."""
         self._absences = absences
 
     def refusal_of(self, command: FicsCommand[Any]) -> PowerCycled:
@@ -237,7 +237,7 @@ class RobotPower:
     def require_kept(self) -> None:
         """Refuse what a loss forbids.
 
-        :raises PowerCycled: nobody has acknowledged it.
+        :raises PowerCycled: it is not acknowledged yet.
         """
         if self.cycled:
             raise self._refusal()
@@ -275,7 +275,7 @@ class RobotPower:
     def note_set(
         self, unit: UnitAxes, command: SetSpeedPercent | SetMotorSpeedPercent, outcome: Outcome
     ) -> None:
-        """Keep the speed percentages that were set; forget those nobody can be sure of."""
+        """Keep the speed percentages that were set; forget those that are not certain."""
         speeds = self._speeds_of(unit, _coordinates(command))
         for axis, percent in zip(unit.names(_coordinates(command)), command.percents, strict=False):
             if percent is None:
@@ -294,11 +294,11 @@ class RobotPower:
             self.on_memory()
 
     def knows_speeds(self, unit: UnitAxes) -> bool:
-        """Whether the percentages of a unit are known: a loss of power may show in them."""
+        """True if the percentages of a unit are known: a loss of power may show in them."""
         return bool(self._known(unit, "user"))
 
     def is_slower(self, unit: UnitAxes, coordinates: Coordinates) -> bool:
-        """Whether a loss of power would raise a speed of a unit."""
+        """True if a loss of power would raise a speed of a unit."""
         return any(percent != FULL_SPEED for percent in self._known(unit, coordinates).values())
 
     def _differ(self, unit: UnitAxes, coordinates: Coordinates, found: SpeedPercents) -> bool:
@@ -432,7 +432,7 @@ class RobotPower:
     def kept(self, command: FicsCommand[Any], unit: UnitAxes, proof: Proof | None) -> Iterator[Missing]:
         """Needs before a motion that the power was kept: by the mode, in Ver.2 by origins and speeds.
 
-        What a loss would take away is looked at last. The unit is selected.
+        The signs that a loss would take away are looked at last. The unit is selected.
         """
         if self.line.mode != HostMode.VER_2:
             yield self.mode_kept(proof)
@@ -456,7 +456,7 @@ class RobotPower:
     def witnesses_beside(self, unit: UnitAxes) -> list[UnitAxes]:
         """The units where a loss of power would show, where this one is not known to be homed.
 
-        Those whose speeds alone would tell are asked only in doubt.
+        Units whose speeds alone would tell are asked only in doubt.
         """
         if self.origins.are_known(unit):
             return []

@@ -71,7 +71,7 @@ class Robot(AskedRobot):
         super().__init__(robot_id, name, line, units, publish, bits)
         self.macros = macros or Macros()
         self.poll_interval_s = poll_interval_s
-        """How often what moves is looked at."""
+        """Pause between two looks at axes that move, in seconds."""
         talk = self.conversation
         self.tables = Tables(talk)
         self.own_speed = asyncio.Lock()

@@ -57,7 +57,7 @@ _LIMITS: Final = (
 
 
 BEYOND: Final = "E07"
-"""What a robot answers to a target beyond a soft limit, of whichever axis (C-HOST manual 2-12)."""
+"""The refusal of a target beyond a soft limit, of any axis (C-HOST manual 2-12)."""
 
 
 class CrossedAxisLimit(NamedTuple):
@@ -180,7 +180,7 @@ class AxisSettingRows(NamedTuple):
     write: Row
     coordinates: Coordinates
     quantity: Quantity | None = None
-    """What is measured in the units of the axes; None where all axes have the same unit."""
+    """The quantity in the units of the axes; None where all axes have the same unit."""
 
     @property
     def field(self) -> str:
@@ -226,7 +226,7 @@ SETTINGS: Final[dict[str, AxisSettingRows]] = {
         motor_axes.GetMotorLowerSoftLimits, motor_axes.SetMotorLowerSoftLimits, "motor", PLACE
     ),
 }
-"""By the name that clients use, in the order in which they are read and written."""
+"""The settings by the name that clients use, in the order in which they are read and written."""
 
 PERCENT = "Percent of the maximum speed, 0.1-100."
 TIME = "In milliseconds, 1-9999."

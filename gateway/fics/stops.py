@@ -39,9 +39,9 @@ from protocols.fics.system import HostMode
 STOPPING_ALREADY = "E04"
 """The refusal of a stop while another is under way (C-HOST manual 2-12)."""
 REFUSALS = (BLOCK_ERRORS[Block.TERMINAL_EDITS], UPLOAD_ERROR, STOPPING_ALREADY)
-"""How a stop can be refused; any other error is that of something else (C-HOST manual 1-7, 2-12)."""
+"""The refusals of a stop; any other error is that of something else (C-HOST manual 1-7, 2-12)."""
 TOLD_TIMEOUTS = 2
-"""A robot that has not told for so many times as long as a reply may take tells no more that it moves."""
+"""Reply timeouts after which a robot that has not told tells no more that it moves."""
 BRAKES_FOR_S = 0.05
 """Between two looks at motors that may brake: in less, a slow one would not change what it displays."""
 
@@ -82,7 +82,7 @@ class RobotStops(StopsUnderWay[StopMode, "_RobotStop"]):
         self._jogs = jogs
         self._new = partial(_RobotStop, units, conversation, tell)
         self.was_proved = False
-        """Whether the last stop was being proved already when it was called late."""
+        """True if the last stop was being proved already when it was called late."""
         conversation.on_told = self._hear_error
 
     def stop(self, mode: StopMode) -> "asyncio.Task[RobotStopReport]":
@@ -158,7 +158,7 @@ class _RobotStop(Stopping):
         self._refusal: str | None = None
         """The error the robot refused it with, last."""
         self._said_at = self._judged_at = 0
-        """What `FicsLine.unheard` was when it was written last, and of which writing the robot has told."""
+        """`FicsLine.unheard` at the last writing, and at the writing of which the robot has told."""
         self._not_still = {unit.number: text("stops.unit-not-asked", unit=unit.number) for unit in units}
         """Units that were not seen to stand still, and why."""
         self._places: dict[int, Places] = {}
@@ -216,13 +216,13 @@ class _RobotStop(Stopping):
             await self._conversation.take_error(Lane.STOP)
 
     def is_judged_by(self, asked_after: int) -> bool:
-        """Whether the error that was asked for after so much would be that of its last writing."""
+        """True if an error that was asked for at this count of `unheard` is that of its last writing."""
         return self.report.state != "confirmed" and self._judged_at < self._said_at <= asked_after
 
     def hear_error(self, error: str, *, one_brakes: bool) -> None:
         """Heed what a robot in Ver.2 tells after it was written; with it maybe `one` that `brakes`.
 
-        Of such two only that one is refused with certainty because a stop is under way.
+        If there are two, only that one is refused with certainty because a stop is under way.
         """
         self._judged_at = self._said_at
         if error == STOPPING_ALREADY and one_brakes and self.mode == "immediate":
@@ -239,7 +239,7 @@ class _RobotStop(Stopping):
     # seeing
 
     async def stands_still(self) -> bool:
-        """Whether every unit says so, twice; if not, the report says which did not, and why."""
+        """True if every unit says so, twice; if not, the report says which did not, and why."""
         await self._read_refusal()
         for pause_s in (BRAKES_FOR_S, 0.0):
             for unit in self._units:

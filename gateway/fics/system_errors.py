@@ -45,10 +45,10 @@ class StandingError:
         self.asked_after = 0
         """`FicsLine.unheard` when the error was last asked for."""
         self.older_may_hide = False
-        """Whether the last answer was an error that stands: an older refusal may still wait behind it."""
+        """True if the last answer was an error that stands: an older refusal may still wait behind it."""
 
     def note_told(self, error: str, asked_after: int) -> None:
-        """The robot has answered ERR, which was asked when so much had been said unheard."""
+        """Note the answer of ERR, and `FicsLine.unheard` when it was asked."""
         self.asked_after = asked_after
         self.older_may_hide = lookup(error).kind is FicsErrorKind.FICS
 
@@ -60,7 +60,7 @@ class StandingError:
             self._tell("robot.errors.reset", {"by": reset_by})
 
     def is_known(self, error: str | None) -> bool:
-        """Whether this error is the one that stands; None stands for one whose name was lost."""
+        """True if this error is the one that stands; None stands for one whose name was lost."""
         return self.latched is not None and error in (None, self.latched.code)
 
     def keep(self, error: str | None, detail: ErrorDetail | None) -> None:
@@ -79,7 +79,7 @@ class StandingError:
         return self.latched if self.latched is not None and self.latched.code == error else None
 
     def is_silent(self, unit: int, motor: str) -> bool:
-        """Whether the error that stands is that of a driver which does not answer (C-HOST manual 2-13)."""
+        """True if the error that stands is that of a driver which does not answer (C-HOST manual 2-13)."""
         error = self.latched
         if error is None or error.kind is not DetailKind.CONNECTION:
             return False

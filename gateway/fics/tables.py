@@ -38,7 +38,7 @@ UPLOAD = BeginPositionUpload()
 
 Run = tuple[int, list[UploadPosition]]
 TOLD = 3
-"""So many positions that differ are told one by one."""
+"""The most positions that differ and are told one by one."""
 
 Positions = Sequence[tuple[int, Sequence[float | None]]]
 
@@ -124,7 +124,7 @@ class Tables:
     async def clear(self, unit: RobotUnit, command: ClearPositions) -> Answers:
         """Clear positions (C-HOST manual 2-20); in Ver.2 see that they are.
 
-        What was set there before and is not now proves it: the first position, and of a single one its
+        A position proves it that was set there before and is not now: the first, and of a single one its
         absence.
 
         :raises NotDone: the first or the last is still set.
@@ -202,7 +202,7 @@ async def _see_cleared(unit: RobotUnit, command: ClearPositions, numbers: Sequen
 
 
 async def _is_set(unit: RobotUnit, number: int) -> bool:
-    """Whether a position is set, however often it is read."""
+    """True if a position is set, however often it is read."""
     for _ in range(READINGS):
         if await unit.stored(number, Lane.COMMAND) is None:
             return False
@@ -210,7 +210,7 @@ async def _is_set(unit: RobotUnit, number: int) -> bool:
 
 
 def agrees(sent: UploadPosition, held: StoredPosition | None) -> bool:
-    """Whether a stored position is the one that was sent, as a robot displays it.
+    """True if a stored position is the one that was sent, as a robot displays it.
 
     That it has no coordinate for an axis that was left out, whatever it had before, is an assumption.
     """

@@ -25,7 +25,7 @@ def axes_it_needs(unit: UnitAxes, command: FicsCommand[Any], target: Places | No
     """The axes whose positions have to be known before a move.
 
     A place can only be gone to from a known one (C-HOST manual 2-6, 2-16, 4-3); a stored position whose
-    `target` nobody knows may be one of all axes. Relative moves go unhomed (2-5, 4-2), and so do steps, but
+    `target` is not known may be one of all axes. Relative moves go unhomed (2-5, 4-2), and so do steps, but
     not those of a converted axis (2-3).
     """
     if isinstance(command, StepAxis):
@@ -47,7 +47,7 @@ def target_of(
 ) -> dict[str, float | None] | None:
     """Where the axes should come to, by name; null for one that moves from an unknown place.
 
-    `stored` is the position a move goes to by its number. None where nobody can know it beforehand.
+    `stored` is the position a move goes to by its number. None where it cannot be known beforehand.
     """
     if isinstance(command, MoveToPosition):
         return _named(unit.axes, stored) if stored else None
@@ -62,7 +62,7 @@ def target_of(
 def end_of(unit: UnitAxes, command: FicsCommand[Any], start: Places, target: Places | None) -> Places | None:
     """Where a move leads: to its target, or as far as a step counts, which proves too little to be a target.
 
-    None where nobody can know it beforehand.
+    None where it cannot be known beforehand.
     """
     if not isinstance(command, StepAxis):
         return target
@@ -79,7 +79,7 @@ def _sum(place: float | None, amount: float | None) -> float | None:
 
 
 def is_missed(target: Places | None, position: Places | None) -> bool:
-    """Whether an axis is known to stand off its target, wherever the others do."""
+    """True if an axis is known to stand off its target, wherever the others do."""
     return any(
         (furthest_miss({axis: place}, position) or 0.0) > TOLERANCE for axis, place in (target or {}).items()
     )
@@ -100,22 +100,22 @@ def furthest_miss(target: Places | None, position: Places | None) -> float | Non
 
 @dataclass(frozen=True, slots=True)
 class PlaceProof:
-    """What is known of a move without an error whose axes stand still."""
+    """The facts about a move without an error whose axes stand still."""
 
     command: FicsCommand[Any]
     start: Places
     """An axis is None while its place is not known, here as everywhere."""
     target: Places | None
-    """Of the axes that were to move; None where nobody can know it beforehand."""
+    """The targets of the axes that were to move; None where they cannot be known beforehand."""
     position: Places | None
     """None where it was not read."""
     moved: bool
-    """Whether the axes moved when they were asked."""
+    """True if the axes moved when they were asked."""
     replied: bool
-    """Whether the robot has answered its end."""
+    """True if the robot has answered its end."""
 
     def ran(self) -> bool:
-        """Whether the axes were seen to move, or one stands where it did not.
+        """True if the axes were seen to move, or one stands where it did not.
 
         One that no longer knows its place tells nothing: that may be a loss of power.
         """
@@ -136,21 +136,21 @@ class PlaceProof:
         return Place.TARGET if miss == 0 or self.replied or self.ran() else Place.TARGET_PERHAPS
 
     def stayed(self) -> bool:
-        """Whether a move to a known place has not left its own, perhaps because both are one."""
+        """True if a move to a known place has not left its own, perhaps because both are one."""
         return not self.ran() and self.place() is not Place.UNKNOWN
 
     def ran_its_course(self) -> bool:
-        """Whether it is done if the power was kept: it ran, and lacks nothing that its end should show."""
+        """True if it is done if the power was kept: it ran, and lacks nothing that its end should show."""
         return self.ran() and (self.replied or not self._lacks_its_end())
 
     def _lacks_its_end(self) -> bool:
-        """Whether a known target was not seen to be reached, or homing has left an axis without place."""
+        """True if a known target was not seen to be reached, or homing has left an axis without place."""
         if isinstance(self.command, HomeRobot):
             return not self._is_homed()
         return bool(self.target) and None not in (self.target or {}).values()
 
     def shows_power(self) -> bool:
-        """Whether places prove that the power was kept: it takes all of them away (C-HOST manual 2-9)."""
+        """True if places prove that the power was kept: it takes all of them away (C-HOST manual 2-9)."""
         if isinstance(self.command, HomeRobot):
             return self._is_homed()
         now = self.position or {}

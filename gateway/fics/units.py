@@ -26,9 +26,9 @@ from protocols.fics.system import GetCommunicationMode, SetCommunicationMode
 PART = 16
 """Positions that are asked for at once: until all have come nothing else is answered, no proof of a stop."""
 TRIES = 3
-"""How often a part is asked for until the count of its answers is right."""
+"""The most attempts at a part until the count of its answers is right."""
 NOT_SET = "E09"
-"""So a robot may answer where the first number is not set (C-HOST manual 2-12), instead of POE alone."""
+"""A possible answer where the first number is not set (C-HOST manual 2-12), instead of POE alone."""
 
 Publish = Callable[[str, str, Data, str | None], Event]
 """Type, subject, data and correlation of an event."""
@@ -61,7 +61,7 @@ class RobotUnit(UnitAxes):
 
     @property
     def stood_still(self) -> bool:
-        """Whether it did when it was last asked, and nothing was sent since that could move it."""
+        """True if it stood still when it was last asked, and nothing was sent since that could move it."""
         return self.number in self.known.motion.still
 
     def frame_of(self, command: FicsCommand[Any]) -> str:
@@ -194,7 +194,7 @@ class RobotUnit(UnitAxes):
         )
 
     async def _ends_after(self, first: int, found: int, lane: Lane) -> bool:
-        """Whether the table ends after the positions that were found: the last is set, the next is not."""
+        """True if the table ends after the positions that were found: the last is set, the next is not."""
         return not found or len((await self._read_part(first + found - 1, 2, lane)).replies) == 1
 
     async def _read_part(self, first: int, count: int, lane: Lane) -> Answers:
@@ -275,7 +275,7 @@ class AskedRobot:
 
     @property
     def online(self) -> bool:
-        """Whether it can be asked now, as far as is known."""
+        """True if it can be asked now, as far as is known."""
         return self.line.online
 
     @property
@@ -285,12 +285,12 @@ class AskedRobot:
 
     @property
     def moving(self) -> bool | None:
-        """Whether it moves, as far as is known; None where it was not looked at since it was out of reach."""
+        """True if it moves, as far as is known; None where it was not looked at since it was out of reach."""
         return self.known.motion.moving
 
     @property
     def power_cycled(self) -> bool:
-        """Whether it has lost its power, and nobody has acknowledged that yet."""
+        """True while it has lost its power and the loss is not acknowledged."""
         return self.known.power.cycled
 
     @property
@@ -320,7 +320,7 @@ class AskedRobot:
 
         :raises RobotBusy: it moves, or a stop is not confirmed; nothing was sent.
         :raises NotDone: it is in another mode, and is still to be brought into this one.
-        :raises GatewayError: nobody knows yet, and it is tried again; the error says why.
+        :raises GatewayError: it is not known yet, and tried again; the error says why.
         """
         command = SetCommunicationMode(mode=mode)
         self.line.require_fit()
@@ -340,5 +340,5 @@ class AskedRobot:
 
 
 def _is_doubtful(told: Answers, count: int) -> bool:
-    """Whether answers may be lost, doubled, or both: then the count is right, and neighbours are equal."""
+    """True if answers may be lost, doubled, or both: then the count is right, and neighbours are equal."""
     return len(told.replies) != count or any(one == other for one, other in pairwise(told.replies))

@@ -1,4 +1,4 @@
-"""What happens to a robot without us: power that was lost, errors, motion nobody here asked for."""
+"""The watch over a robot: power that was lost, errors, motion that the gateway did not start."""
 
 from collections.abc import Mapping
 from contextlib import suppress
@@ -49,7 +49,7 @@ async def _look(robot: Robot) -> None:
 
 
 async def _moves(robot: Robot) -> bool | None:
-    """Whether the unit moves that the robot acts on; None while the terminal keeps it from telling.
+    """True if the unit moves that the robot acts on; None while the terminal keeps it from telling.
 
     Another unit is not selected just to be looked at: the terminal would show it (C-HOST manual 2-1). Only
     where the robot acts on one that is not configured the first that is becomes the present one.

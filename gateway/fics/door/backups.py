@@ -36,7 +36,7 @@ from gateway.plant import Plant
 
 ROWS: Final = Rows("backups")
 TEXTS: Final = Rows("backups")
-"""As text alone, read while the request waits."""
+"""Rows that answer with text alone, which is read while the request waits."""
 OF_ROBOT = "[robot r1]\n[variables]\nV01 12.5\n"
 
 

@@ -20,7 +20,7 @@ from protocols.fics.positions import LAST_POSITION
 
 ROWS: Final = Rows("robot positions")
 TABLES: Final = Rows("robot positions")
-"""As CSV."""
+"""Rows of the table as CSV."""
 MAX_CSV_BYTES: Final = 262_144
 """A whole table of 1999 positions with eight long coordinates each."""
 NUMBER: Final = "number"
