@@ -407,8 +407,8 @@ class Conversation:
         await self.prepare([power.origins_seen(unit)])
         kept = homed and power.origins.are_known(unit)
         if speeds and not homed:
-            kept = any(power.is_slower(unit, it) for it in SPEEDS)
-            await self.prepare(power.speeds_kept(unit, it) for it in SPEEDS)
+            kept = any(power.is_slower(unit, coordinates) for coordinates in SPEEDS)
+            await self.prepare(power.speeds_kept(unit, coordinates) for coordinates in SPEEDS)
         power.require_kept()
         if kept:
             power.settle_doubt(absences)

@@ -151,7 +151,7 @@ class SelectedUnit:
         found = self._told(heard)
         if found == number:
             return None
-        if any(isinstance(it.question.command, SelectUnit) for it in heard):
+        if any(isinstance(asked.question.command, SelectUnit) for asked in heard):
             raise UnitNotSelected(
                 f"Robot {self._robot_id} acts on unit {found}, not on unit {number}; nothing more was sent.",
                 "See who else selects units, then try again.",
@@ -178,7 +178,7 @@ class SelectedUnit:
         """
         command, outcome = heard[-1].question.command, heard[-1].outcome
         if _is_out_of_range(outcome):
-            if sum(_is_out_of_range(it.outcome) for it in heard) == SAID_AGAIN:
+            if sum(_is_out_of_range(asked.outcome) for asked in heard) == SAID_AGAIN:
                 raise UnitMissing(self._robot_id, number)
             return RobotQuestion(SelectUnit(unit=number), number)
         asked = RobotQuestion(UNIT, number, fresh=True)

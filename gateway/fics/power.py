@@ -341,7 +341,7 @@ class RobotPower:
         """The commands that set the speeds again, and select the units they are set of."""
         commands: list[FicsCommand[Any]] = []
         for unit in self.units_due():
-            settings = filter(None, (self._setting(unit, it) for it in SPEEDS))
+            settings = filter(None, (self._setting(unit, coordinates) for coordinates in SPEEDS))
             commands += [SelectUnit(unit=unit.number), *settings]
         return commands
 
@@ -359,7 +359,7 @@ class RobotPower:
         setting = self._setting(unit, coordinates)
         if setting is None:
             return None
-        told = [self._speeds_told_by(unit, it) for it in heard]
+        told = [self._speeds_told_by(unit, asked) for asked in heard]
         if len(told) < 2:
             return RobotQuestion((setting, SPEEDS[coordinates][1])[len(told)], unit.number)
         if told[1] is None or self._differ(unit, coordinates, told[1]):
@@ -381,15 +381,15 @@ class RobotPower:
             return None
         return RobotQuestion(SPEEDS[coordinates][1], unit.number, proof=proof)
 
-    def _speeds_told_by(self, unit: UnitAxes, it: Asked[RobotQuestion, Outcome]) -> SpeedPercents | None:
+    def _speeds_told_by(self, unit: UnitAxes, asked: Asked[RobotQuestion, Outcome]) -> SpeedPercents | None:
         """The speeds that an answer tells, if it tells any.
 
         :raises SpeedsNotRestored: there was no answer.
         :raises GatewayError: it was refused, or not sent.
         """
-        if isinstance(it.outcome, NoReply):
+        if isinstance(asked.outcome, NoReply):
             raise self._not_restored(unit) from None
-        replies = answered(self.robot_id, it.question.command, it.outcome).replies
+        replies = answered(self.robot_id, asked.question.command, asked.outcome).replies
         return next((reply for reply in replies if isinstance(reply, SpeedPercents)), None)
 
     def _not_restored(self, unit: UnitAxes) -> SpeedsNotRestored:
@@ -468,22 +468,22 @@ class RobotPower:
         return [it for it in self.units if it is not unit and any(self.is_slower(it, at) for at in SPEEDS)]
 
 
-def reply_of(robot_id: str, asked: str, it: Asked[RobotQuestion, Outcome]) -> Reply:
+def reply_of(robot_id: str, who: str, asked: Asked[RobotQuestion, Outcome]) -> Reply:
     """The reply to what tells of a loss of power.
 
     :raises NotSent: there was no answer.
     :raises GatewayError: it was refused, or not sent.
     """
-    if isinstance(it.outcome, RobotAnswered):
-        (reply,) = it.outcome.replies
+    if isinstance(asked.outcome, RobotAnswered):
+        (reply,) = asked.outcome.replies
         return reply
-    if isinstance(it.outcome, NoReply):
+    if isinstance(asked.outcome, NoReply):
         raise NotSent(
-            f"{asked} did not answer {it.question.command.wire_name()}, so nobody knows whether it has lost "
+            f"{who} did not answer {asked.question.command.wire_name()}, so nobody knows whether it has lost "
             "its power; nothing more was sent.",
             "Try again.",
         ) from None
-    (reply,) = answered(robot_id, it.question.command, it.outcome).replies
+    (reply,) = answered(robot_id, asked.question.command, asked.outcome).replies
     return reply
 
 
