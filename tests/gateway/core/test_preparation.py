@@ -26,7 +26,7 @@ class Oven:
     lock: SequenceLock = field(default_factory=SequenceLock)
     asked: list[str] = field(default_factory=list)
     door: str = ""
-    """As it was told last; a loss of power, or another host, would clear it."""
+    """The state of the door as it was told last; a loss of power, or another host, would clear it."""
 
     async def ask(self, question: str) -> str:
         self.asked.append(question)
@@ -42,7 +42,7 @@ class Oven:
             return None
         if not heard or heard[-1].question == "close":
             return "door?"
-        if any(it.question == "close" for it in heard):
+        if any(asked.question == "close" for asked in heard):
             raise NotSent("The door stays open; nothing was sent.")
         return "close"
 
