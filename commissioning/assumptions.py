@@ -289,7 +289,7 @@ FICS: Final = (
         "POR ends at the first number that is not set; in Ver.3, where that is the number asked for, E09 "
         "means "
         "the same as POE alone.",
-        "`gateway/fics/downloads.py`",
+        "`gateway/fics/units.py`",
         "Stored positions are read at once and one by one (POR).",
         "Positions behind a hole are stored under other numbers than they have.",
         "A robot that answers POR.",
@@ -310,7 +310,7 @@ FICS: Final = (
         "For reads: no loss of power is shorter than half a second; none that nobody sees falls into the "
         "work of "
         "the teaching terminal.",
-        "`UNIT_HOLDS_S` in `gateway/fics/selection.py`, `_select` in `gateway/fics/asking.py`",
+        "`UNIT_HOLDS_S` in `gateway/fics/knowledge.py`, `_select_to_read` in `gateway/fics/conversation.py`",
         "The power is switched off and on, as fast as somebody can, who answers at that moment: the silence, "
         "and the time from the switch to the first answer, are measured.",
         "A unit may be another than the one that was selected.",
@@ -340,7 +340,7 @@ FICS: Final = (
         "A robot whose axis jogs tells motion mode 1 (JOG) from when it has taken the command, and after a "
         "loss "
         "of power nothing jogs.",
-        "`see_jogging` in `gateway/fics/power.py`",
+        "`_missing_jog` in `gateway/fics/knowledge.py`",
         "It is not tried: a JOG has no end of its own.",
         "A JOG that goes on is not seen.",
         "Jog an axis from the console, with a person at the hardware stop, and see whether it is told as "
@@ -352,7 +352,7 @@ FICS: Final = (
         "fics",
         "After a loss of power a robot tells no position of a unit (`#####` for all its axes) until it is "
         "homed.",
-        "`gateway/fics/origins.py`",
+        "`gateway/fics/power.py`",
         "The positions are read before and after the robot was off (APS).",
         "A loss of power is not seen by the positions: a robot that is not homed counts as homed.",
         _SWITCH,
@@ -375,7 +375,7 @@ FICS: Final = (
         "numbers-as-set",
         "fics",
         "It displays all other numbers as they were set, up to what 32 bits hold.",
-        "`PRECISION` in `gateway/fics/read_back.py`",
+        "`PRECISION` in `gateway/fics/agreement.py`",
         "A variable is set to numbers, read back, and set as it was (VAR).",
         "What was set is told as not set.",
         "`--allow settings`, and an answer for the robot.",
@@ -398,7 +398,7 @@ FICS: Final = (
         "The last error of communication is gone after a loss of power, and POF 2 during motion is refused "
         "with "
         "E01.",
-        "`REFUSAL_SHOWS_POWER` in `gateway/fics/move_runs.py`",
+        "`REFUSAL_SHOWS_POWER` in `gateway/fics/moves.py`",
         "A question in a wrong form is asked, and the error is read after the robot was off (ERR).",
         "A loss of power during a move is not seen in mode 2.",
         _SWITCH,

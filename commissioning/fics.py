@@ -10,7 +10,7 @@ from commissioning.assumptions import Assumption
 from commissioning.bench import SETTLES_S, Bench, Key, Terms, copies, echo, late_replies, turnaround
 from commissioning.conversation import Conversation, Heard
 from commissioning.findings import Change, Finding, agrees, cannot_tell, fails
-from gateway.fics.downloads import NOT_SET
+from gateway.fics.units import NOT_SET
 from protocols.fics.alarms import GetErrorDetail
 from protocols.fics.link import (
     TERMINATORS,

@@ -519,9 +519,10 @@ class Plant:
 
     # finding
 
-    def family(self, kind: type[F]) -> F:
-        """All controllers of one kind, or all that an extension has made."""
-        return cast("F", self._by_kind[kind])
+    def family(self, kind: Callable[..., F]) -> F:
+        """All controllers of one kind, or all that an extension has made; `kind` is a class, or a base."""
+        found: F = next(it for it in self.registered if isinstance(it, cast("type[F]", kind)))
+        return found
 
     def ports(self) -> dict[str, AnyLine]:
         """All lines, by their ids in the order of the configuration."""

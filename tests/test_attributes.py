@@ -17,7 +17,6 @@ ABOVE: Final = {
     "LineDriver",
     "Plant",
     "PortLoop",
-    "Robot",
     "SecurityLog",
     "Session",
 }

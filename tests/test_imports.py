@@ -1,6 +1,7 @@
 """Limits of what a reader has to know: api sees the door alone, and a small feature few files."""
 
 import tomllib
+from functools import cache
 from pathlib import Path
 from typing import Any, Final
 
@@ -10,6 +11,10 @@ import pytest
 PACKAGES: Final = ("api", "app", "gateway", "protocols", "simulator", "transports")
 MOST: Final = 40
 """Files that a small feature is read with: itself, and what it imports, directly or not."""
+FLOORS: Final = {"gateway.fics": 10}
+"""The longest chain of imports within a package, its subfolders with it; other packages are to follow."""
+FILES: Final = {"gateway.fics": 46}
+"""The most files of a package, its subfolders with it."""
 CONTRACT: Final = "api has no rules: of the gateway it imports the door and nothing else"
 ROOT: Final = Path(__file__).parents[1]
 
@@ -30,3 +35,16 @@ def test_the_contract_of_api_names_all_of_the_gateway_but_its_door(graph: grimp.
     contracts = settings["tool"]["importlinter"]["contracts"]
     [contract] = [it for it in contracts if it["name"] == CONTRACT]
     assert {*contract["forbidden_modules"], "gateway.door"} == graph.find_children("gateway")
+
+
+@pytest.mark.parametrize("package", FLOORS)
+def test_a_package_has_few_floors(graph: grimp.ImportGraph, package: str) -> None:
+    modules = {package, *graph.find_descendants(package)}
+
+    @cache
+    def floor(module: str) -> int:
+        below = modules & graph.find_modules_directly_imported_by(module)
+        return 1 + max(map(floor, below), default=0)
+
+    assert max(map(floor, modules)) == FLOORS[package]
+    assert len(modules) <= FILES[package]

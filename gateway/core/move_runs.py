@@ -3,7 +3,7 @@
 import asyncio
 import logging
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Coroutine, Sequence
+from collections.abc import Awaitable, Callable, Coroutine, Sequence
 from datetime import UTC, datetime
 from functools import partial
 from typing import Any, Generic, TypeVar, cast
@@ -14,6 +14,7 @@ from gateway.core.move_log import MoveLog
 from gateway.core.move_record import MoveError, MoveRecord, MoveStatus
 from gateway.core.next_calls import NextCall
 from gateway.core.own_faults import retry_until_done, run_each_logging, when_done
+from gateway.core.silence import Silence
 from gateway.core.verdicts import Judged, Unbegun, Unwatched, Verdict, VerdictWords, judge
 
 log = logging.getLogger(__name__)
@@ -27,6 +28,7 @@ Beginning = asyncio.Future[GatewayError | None]
 W = TypeVar("W")
 """The maker of a move."""
 M = TypeVar("M", bound=MoveRecord)
+T = TypeVar("T")
 
 
 class MoveRuns(ABC, Generic[W, M]):
@@ -177,6 +179,19 @@ class MoveRuns(ABC, Generic[W, M]):
         self._publish("started" if status is MoveStatus.MOVING else status, who, move)
         self.log.on_change(move)
 
+    def seen_to_move(self, who: W, move: M) -> bool:
+        """The motors of a move were seen to run; True the first time, when that is told."""
+        if move.status is not MoveStatus.SENT:
+            return False
+        if move.acknowledged_at is None:
+            move.acknowledged_at = datetime.now(UTC)
+        self.advance(who, move, MoveStatus.MOVING)
+        return True
+
+    def unbegun(self, who: W, move: M, error: GatewayError, *, refused: bool) -> None:
+        """End a move that never began: the one who was to move has `refused` it, or it was not written."""
+        self.end(who, move, judge(Unbegun.REFUSED if refused else Unbegun.WITHHELD, given=error))
+
     def end(self, who: W, move: M, verdict: Verdict) -> None:
         """End a move as it is judged."""
         verdict.write_down(cast("Judged", move))  # each family describes its causes
@@ -188,6 +203,34 @@ class MoveRuns(ABC, Generic[W, M]):
             self._lose(who, why)
             if self._move_of(who) is move:
                 self.end(who, move, judge(Unwatched.FAULT, VerdictWords(why=why)))
+
+
+async def until_answered(
+    question: Callable[[], Awaitable[T]],
+    silence: Silence,
+    *,
+    shows_silence: Callable[[GatewayError], bool],
+    pause_s: float,
+    gives_up: Callable[[], bool] = lambda: False,
+) -> T | None:
+    """Repeat the question that follows a move until it is answered.
+
+    None when there was `silence` for too long, or when `gives_up` has said so after a question without an
+    answer. `pause_s` is the time between two questions, in seconds.
+    """
+    loop = asyncio.get_running_loop()
+    while not silence.too_long:
+        try:
+            answer = await question()
+        except GatewayError as error:
+            silence.unanswered(loop.time(), silent=shows_silence(error))
+            if gives_up():
+                return None
+            await asyncio.sleep(pause_s)
+        else:
+            silence.answered(loop.time())
+            return answer
+    return None
 
 
 def in_the_middle(since: str, asked: str) -> str:

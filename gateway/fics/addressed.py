@@ -1,8 +1,8 @@
 """Robots and their units as the operations see them."""
 
 import asyncio
-from collections.abc import Sequence
-from contextlib import AbstractAsyncContextManager
+from collections.abc import AsyncIterator, Sequence
+from contextlib import AbstractAsyncContextManager, asynccontextmanager
 from typing import Any, Final
 
 from gateway.core.errors import ControllerRefused, GatewayError, InvalidRequest
@@ -10,21 +10,49 @@ from gateway.core.move_record import START_WITHIN_S
 from gateway.core.next_calls import NextCall
 from gateway.core.stops import StopMode
 from gateway.core.targets import BegunMoves, CommandReplies, MemberAnswers, Opened, Stopped, Target, stopped
+from gateway.fics.axes import Coordinates
 from gateway.fics.calls import calls_for_robot
-from gateway.fics.fit import require_fit
 from gateway.fics.move_requests import RobotMoveRequest
 from gateway.fics.moves import RobotMoves
-from gateway.fics.own_speed import at_own_speed
-from gateway.fics.plans import PlannedRobotMove, plan_of
+from gateway.fics.plans import PlannedRobotMove, RobotSamples, plan_of, samples_of
 from gateway.fics.robot import Robot
-from gateway.fics.samples import RobotSamples, samples_of
-from gateway.fics.soft_limits import uncrossed
+from gateway.fics.settings import SETTINGS, require_fit, uncrossed
 from gateway.fics.units import RobotUnit
 from protocols.fics import commands
 from protocols.fics.jog import StartJog, StopJog
 from protocols.fics.row import FicsCommand
 from protocols.fics.stops import StopAllDecelerating, StopAllImmediately
 from protocols.table import RangeFault, SyntaxFault
+
+_SETTING: Final[dict[Coordinates, str]] = {"user": "speed_percent", "motor": "motor_speed_percent"}
+
+
+@asynccontextmanager
+async def at_own_speed(
+    robot: Robot, unit: RobotUnit, request: RobotMoveRequest
+) -> AsyncIterator[RobotMoveRequest]:
+    """Set the `speed_percent` of a move, if it has one, and keep others from setting it until it has begun.
+
+    It is not put back: that would make whatever moves next faster than the person at the machine has seen.
+
+    :raises GatewayError: it was not set and read back, or a stop came meanwhile; the move must not start.
+    """
+    percent = getattr(request, "speed_percent", None)
+    if percent is None:
+        yield request
+        return
+    epoch = robot.line.stop_epoch
+    robot.known.motion.require_still(request.command(unit))
+    async with robot.own_speed:
+        setting = SETTINGS[_SETTING[getattr(request, "coordinates", "user")]]
+        found = getattr(await unit.read(setting.read()), setting.field)
+        wanted = [float(percent)] * len(unit.names(setting.coordinates))
+        if list(found) != wanted:
+            await unit.change(setting.write(**{setting.field: wanted}))
+        if robot.line.stop_epoch != epoch:
+            raise robot.line.overtaken()
+        yield request
+
 
 STOP_MODES: Final[dict[type[Any], StopMode]] = {
     StopAllDecelerating: "decelerate",

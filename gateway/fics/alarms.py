@@ -1,4 +1,4 @@
-"""What goes wrong with robots, in words for a technician (C-HOST manual 2-12 to 2-14)."""
+"""The alarms of robots, in words for a technician (C-HOST manual 2-12 to 2-14)."""
 
 from collections.abc import Callable, Iterator, Sequence
 from typing import Final
@@ -28,7 +28,7 @@ ROBOTS: Final[Sequence[CauseKind[Robot]]] = (
         "robot.power_cycled",
         "C-HOST manual 1-1-1, 2-15",
         (ROBOT, ACKNOWLEDGE),
-        lambda robot: robot.power.cycled,
+        lambda robot: robot.power_cycled,
         facts=facts_of_power_loss,
     ),
     swapped("robot", "C-HOST manual 1-1-1"),
@@ -51,19 +51,19 @@ ROBOTS: Final[Sequence[CauseKind[Robot]]] = (
         "robot.motion.foreign",
         "C-HOST manual 2-10",
         (ROBOT, STOP),
-        lambda robot: robot.moving is True and robot.motion.command is None,
+        lambda robot: robot.moving is True and robot.known.motion.command is None,
     ),
     CauseKind(
         "robot.bits.mismatch",
         "C-HOST manual 2-10, 2-11",
         (ROBOT,),
-        lambda robot: bool(robot.bits.mismatches),
+        lambda robot: bool(robot.known.bits.mismatches),
     ),
     CauseKind(
         "robot.unit.missing",
         "C-HOST manual 2-1, 2-12",
         (ROBOT,),
-        lambda robot: bool(robot.selection.missing),
+        lambda robot: bool(robot.known.unit.missing),
     ),
     CauseKind(
         "robot.jog.not_stopped",

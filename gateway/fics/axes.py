@@ -1,12 +1,14 @@
 """The axes of a unit: their names, what each is counted in, and which motors move them."""
 
-from collections.abc import Iterable, Mapping, Sequence
-from typing import Any, Literal, TypeVar
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from typing import Annotated, Any, Literal, NamedTuple, TypeVar
+
+from pydantic import Field
 
 from gateway.core.errors import InvalidRequest, NotFound
 from protocols.fics.jog import StepAxis
 from protocols.fics.motor_axes import MoveMotorsAbsolute, MoveMotorsRelative
-from protocols.fics.notation import AxisSystem, Quantity
+from protocols.fics.notation import AxisSystem, Quantity, Unit
 from protocols.fics.row import FicsCommand
 from protocols.fics.status import AxisStatus, MotionMode
 
@@ -14,10 +16,14 @@ V = TypeVar("V")
 
 Coordinates = Literal["user", "motor"]
 Places = Mapping[str, float | None]
-"""By axis; None while its place is not known."""
+"""The place of each axis; None while it is not known."""
+Tell = Callable[[str, dict[str, Any]], object]
+"""Publishes an event of a robot, by its type and its data."""
 
 DISPLAYED = 0.01
 """The smallest amount a robot displays, in mm and degrees: an assumption. Pulses are whole."""
+NOISE_DIGITS = 6
+"""Decimals behind these are those of binary numbers, not of places."""
 
 
 class UnitAxes:
@@ -39,7 +45,7 @@ class UnitAxes:
         """Names of the user axes, in the order of coordinates."""
         self.motor_axes = motor_axes
         self.systems = systems
-        """What each axis is counted in; a name that user and motor axes share is one axis."""
+        """The unit system of each axis; a name that user and motor axes share is one axis."""
 
     def names(self, coordinates: Coordinates) -> list[str]:
         """The names of its axes in user or in motor coordinates."""
@@ -50,7 +56,7 @@ class UnitAxes:
         return {name: self.systems[name].unit(Quantity.POSITION) for name in self.names(coordinates)}
 
     def converted(self, axis: str) -> bool:
-        """Whether a user axis is no motor itself, but computed from motors (C-HOST manual 1-6)."""
+        """True if a user axis is no motor itself, but computed from motors (C-HOST manual 1-6)."""
         return axis in self.axes and axis not in self.motor_axes
 
     def motors_behind(self, axis: str) -> list[str]:
@@ -117,6 +123,22 @@ class UnitAxes:
             raise InvalidRequest(f"{where}: pulses are whole, {value:g} is not; nothing was sent.")
 
 
+class AxisDuration(NamedTuple):
+    """How long an axis takes."""
+
+    speed: float
+    """Units of position a second."""
+    ramps_s: float
+    """Both ramps at their longest."""
+
+    def seconds(self, distance: float) -> float:
+        """How long a distance takes at most."""
+        return distance / self.speed + self.ramps_s if distance else 0.0
+
+
+AxisDurations = dict[str, AxisDuration]
+
+
 U = TypeVar("U", bound=UnitAxes)
 
 
@@ -133,10 +155,14 @@ def unit_of(units: Sequence[U], number: int) -> U:
 
 
 def at_rest(axes: Iterable[AxisStatus]) -> bool:
-    """Whether nothing is under way that could move an axis: the first digit of ACD tells (2-10)."""
+    """True if nothing is under way that could move an axis: the first digit of ACD tells (2-10)."""
     return all(axis.motion_mode in (MotionMode.STANDING, MotionMode.STOPPED) for axis in axes)
 
 
 def in_trouble(axis: AxisStatus) -> bool:
-    """Whether the status of an axis tells of an error."""
+    """True if the status of an axis tells of an error."""
     return bool(axis.driver_error) or axis.motion_mode == MotionMode.STOPPED
+
+
+RobotId = Annotated[str, Field(description="The robot's id in the configuration.", examples=["r1"])]
+UnitNumber = Annotated[Unit, Field(description="Number of the unit, from 1.", examples=[1])]

@@ -1,4 +1,4 @@
-"""What a robot keeps, as far as it tells: variables, settings, positions; as text, and compared with one."""
+"""Backups of a robot: its variables, settings and positions as text, and compared with a text."""
 
 import re
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
@@ -12,12 +12,11 @@ from gateway.core.errors import Misplaced
 from gateway.core.readings import ProgressListener
 from gateway.core.restore_record import Difference
 from gateway.fics import settings
+from gateway.fics.agreement import same_number
 from gateway.fics.axes import DISPLAYED
 from gateway.fics.errors import RobotBusy
-from gateway.fics.read_back import same_number
-from gateway.fics.robot import Robot
 from gateway.fics.settings import SETTINGS, SMOOTH, SettingsChange
-from gateway.fics.units import RobotUnit
+from gateway.fics.units import AskedRobot, RobotUnit
 from protocols.fics.notation import Quantity
 from protocols.fics.positions import LAST_POSITION, UploadPosition
 from protocols.fics.variables import LAST_VARIABLE, GetVariable, SetVariable
@@ -26,27 +25,27 @@ from protocols.wording import plain_number, sentence
 KIND = "robot"
 VARIABLES = "variables"
 Kind = Literal["variables", "settings", "positions"]
-"""Of sections; each unit has its own of settings and of positions."""
+"""The kinds of sections; each unit has its own of settings and of positions."""
 PREAMBLE = (
     "; Backup of motion controllers. Restore it by `motion-gateway restore TARGET FILE`.\n"
     "; Positions that a section does not name are not set, and variables are 0.\n"
     "; A setting or a section that is taken out is left as it is by a restore.\n"
 )
 GAP = 16
-"""So many numbers that are not set end the search for positions; the text says up to which it went."""
+"""The search for positions ends after this number of positions that are not set; the text says where."""
 ON: Final = {"on": True, "off": False}
 
 _PAIR = re.compile(r"([A-Z@])=([+-]?[0-9]+(?:\.[0-9]+)?)")
 _VARIABLE = re.compile("V([0-9]{2})")
 
 Values = Mapping[str, float]
-"""By axis."""
+"""A value for each axis."""
 OnRead = Callable[[], None]
 
 
 @dataclass
 class UnitContents:
-    """What a unit keeps, or should; None where a section is missing."""
+    """The contents of a unit, or of its part of a backup; None where a section is missing."""
 
     settings: dict[str, Values | bool] | None = None
     positions: dict[int, Values] | None = None
@@ -54,19 +53,19 @@ class UnitContents:
 
 @dataclass
 class RobotContents:
-    """What a robot keeps, or should."""
+    """The contents of a robot, or of a backup."""
 
     variables: dict[int, float] | None = None
     units: dict[int, UnitContents] = field(default_factory=dict)
 
     def without(self, kinds: Collection[str]) -> "RobotContents":
-        """The same without kinds of sections, which a restore leaves as they are."""
+        """Leave out kinds of sections, which a restore leaves as they are."""
         emptied = dict.fromkeys({"settings", "positions"} & {*kinds})
         units = {number: replace(it, **emptied) for number, it in self.units.items()}
         return RobotContents(None if VARIABLES in kinds else self.variables, units)
 
 
-def whole(robot: Robot) -> RobotContents:
+def whole(robot: AskedRobot) -> RobotContents:
     """Every section that a robot has."""
     return RobotContents({}, {unit.number: UnitContents({}, {}) for unit in robot.units})
 
@@ -74,7 +73,7 @@ def whole(robot: Robot) -> RobotContents:
 # from a robot
 
 
-async def read(robot: Robot, wanted: RobotContents, on_read: OnRead = lambda: None) -> RobotContents:
+async def read(robot: AskedRobot, wanted: RobotContents, on_read: OnRead = lambda: None) -> RobotContents:
     """Read the sections that are wanted.
 
     :raises GatewayError: something was not read.
@@ -91,7 +90,7 @@ async def read(robot: Robot, wanted: RobotContents, on_read: OnRead = lambda: No
         if sections.settings is not None:
             held.settings = await _settings(unit, on_read)
         if sections.positions is not None:
-            held.positions = await _positions(robot, unit, on_read, sections.positions)
+            held.positions = await _positions(unit, on_read, sections.positions)
         found.units[number] = held
     return found
 
@@ -109,9 +108,7 @@ def _bare(value: Any) -> float:
     return float(getattr(value, "value", value))
 
 
-async def _positions(
-    robot: Robot, unit: RobotUnit, on_read: OnRead, wanted: Iterable[int] = ()
-) -> dict[int, Values]:
+async def _positions(unit: RobotUnit, on_read: OnRead, wanted: Iterable[int] = ()) -> dict[int, Values]:
     """Read the table, until `GAP` numbers behind those that are set or wanted are not set.
 
     A robot ends its list at a number that is not set, and there may be more behind it.
@@ -119,7 +116,7 @@ async def _positions(
     found: dict[int, Values] = {}
     first, last = 1, max(wanted, default=0)
     while first <= min(last + GAP, LAST_POSITION):
-        for number, coordinates in await robot.positions(first, LAST_POSITION, unit.number):
+        for number, coordinates in await unit.positions(first, LAST_POSITION):
             found[number] = _by_axis(unit, coordinates)
             first, last = number + 1, max(number, last)
             on_read()
@@ -140,7 +137,7 @@ def _by_axis(unit: RobotUnit, coordinates: Sequence[float | None]) -> Values:
 class RobotSource:
     """A robot that a backup is read from."""
 
-    robot: Robot
+    robot: AskedRobot
     require_free: Callable[[], None]
     """Raises where a backup is being restored to it."""
 
@@ -166,15 +163,15 @@ class RobotSource:
         return await text_of(self.robot, progress.has_read)
 
 
-async def text_of(robot: Robot, on_read: OnRead = lambda: None) -> str:
+async def text_of(robot: AskedRobot, on_read: OnRead = lambda: None) -> str:
     """Read a robot and write what it keeps.
 
     :raises RobotBusy: it has lost its power meanwhile, so that not all was read of one state.
     :raises GatewayError: it was not read.
     """
-    losses = robot.power.losses
+    losses = robot.known.power.losses
     contents = await read(robot, whole(robot), on_read)
-    if robot.power.losses != losses:
+    if robot.known.power.losses != losses:
         raise RobotBusy(f"{robot.id} has lost its power while it was read.", "Read the backup again.")
     named = f" ({robot.name})" if robot.name else ""
     parts = [f"\n; /robots/{robot.id}{named}\n[{KIND} {robot.id}]\n"]
@@ -229,7 +226,7 @@ def _number(value: float) -> str:
 # from a text
 
 
-def parse(robot: Robot, text: str) -> RobotContents:
+def parse(robot: AskedRobot, text: str) -> RobotContents:
     """Read what a backup has of a robot.
 
     :raises InvalidText: it has faults, each with its line and column.
@@ -244,7 +241,7 @@ def parse(robot: Robot, text: str) -> RobotContents:
 
 @dataclass
 class _Parsing:
-    robot: Robot
+    robot: AskedRobot
     faults: list[Misplaced] = field(default_factory=list)
 
     def contents(self, part: BackupPart) -> RobotContents:
@@ -378,12 +375,12 @@ def _request(unit: RobotUnit, name: str, value: Values | bool) -> object:
 # compared
 
 
-def differences(robot: Robot, wanted: RobotContents, held: RobotContents) -> list[Difference]:
-    """What a robot holds otherwise than a backup has it."""
+def differences(robot: AskedRobot, wanted: RobotContents, held: RobotContents) -> list[Difference]:
+    """Compare a robot with a backup."""
     return list(_differences(robot, wanted, held))
 
 
-def _differences(robot: Robot, wanted: RobotContents, held: RobotContents) -> Iterator[Difference]:
+def _differences(robot: AskedRobot, wanted: RobotContents, held: RobotContents) -> Iterator[Difference]:
     for number in differing_variables(wanted, held):
         told = [_number(_of_variable(it, number)) for it in (wanted, held)]
         yield _difference(robot, VARIABLES, f"V{number:02d}", *told)
@@ -398,12 +395,12 @@ def _differences(robot: Robot, wanted: RobotContents, held: RobotContents) -> It
 
 
 def _told(both: Iterable[UnitContents], section: str, key: object) -> list[str | None]:
-    """What a backup has in a section, and what the robot holds."""
+    """The values of a section in a backup and in the robot."""
     found = [(getattr(it, section) or {}).get(key) for it in both]
     return [None if value is None else _written(value) for value in found]
 
 
-def _difference(robot: Robot, where: str, name: str, wanted: str | None, held: str | None) -> Difference:
+def _difference(robot: AskedRobot, where: str, name: str, wanted: str | None, held: str | None) -> Difference:
     return Difference(target=robot.id, section=where, name=name, wanted=wanted, held=held, restorable=True)
 
 

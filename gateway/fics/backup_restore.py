@@ -3,32 +3,34 @@
 from collections.abc import Awaitable, Callable
 from dataclasses import dataclass, field
 from functools import partial
-from typing import Any
+from typing import Any, Final
 
-from gateway.core.errors import InvalidRequest, NoReply, PowerCycled
+from gateway.core.errors import GatewayError, InvalidRequest, NoReply, PowerCycled
 from gateway.core.lanes import Lane
 from gateway.core.origin import Origin, current
 from gateway.core.restores import Comparison, ComparisonListener, Watcher
 from gateway.fics import backup, settings
-from gateway.fics.asking import deadline_of
 from gateway.fics.axes import at_rest
 from gateway.fics.backup import RobotContents, UnitContents
+from gateway.fics.conversation import deadline_of
 from gateway.fics.errors import NotDone, RobotBusy, RobotPositionsDiffer
 from gateway.fics.exchange import FicsExchange
 from gateway.fics.robot import Robot
-from gateway.fics.settings import SettingsChange
+from gateway.fics.settings import SETTINGS, SettingsChange
+from gateway.fics.tables import UPLOAD, runs_of
 from gateway.fics.units import RobotUnit
-from gateway.fics.uploads import UPLOAD, runs_of
 from protocols.fics.positions import BeginPositionUpload, ClearPositions, EndPositionUpload
 from protocols.fics.row import FicsCommand
+from protocols.fics.speeds import SetSmoothAcceleration
 from protocols.fics.system import HostMode, SelectUnit
 from protocols.fics.variables import SetVariable
+from protocols.table import Effect
 
 ATTEMPTS = 3
-"""What is not known to be done is done again, so often in all."""
+"""The most attempts at a step that is not known to be done."""
 NO_FLASH = "C-HOST has no command that writes flash memory; nothing was sent."
 READINGS = 3
-"""A reading amid which the power was lost is repeated, so often in all."""
+"""The most readings of a robot that loses its power meanwhile."""
 
 
 @dataclass(eq=False)
@@ -38,11 +40,11 @@ class RobotRestore:
     robot: Robot
     wanted: RobotContents
     held: RobotContents = field(default_factory=RobotContents)
-    """As of the last comparison."""
+    """The contents at the last comparison."""
     origin: Origin = field(default_factory=current)
     """The request that asked for it: what it sends passes."""
     epoch: int = field(init=False)
-    """Of the robot at the beginning: a stop ends the restore."""
+    """The stop epoch of the robot at the beginning: a stop ends the restore."""
 
     def __post_init__(self) -> None:
         self.epoch = self.robot.line.stop_epoch
@@ -66,7 +68,7 @@ class RobotRestore:
         """A robot ends its answer where nothing more is set."""
 
     def lets_pass(self, exchange: FicsExchange) -> bool:
-        """Whether something that changes or moves the robot may go: only what belongs to the restore."""
+        """True if something that changes or moves the robot may go: only what belongs to the restore."""
         return exchange.origin == self.origin
 
     async def require_rest(self) -> None:
@@ -76,7 +78,7 @@ class RobotRestore:
         :raises GatewayError: it did not tell.
         """
         self.robot.line.require_fit()
-        self.robot.motion.require_still(UPLOAD)
+        self.robot.known.motion.require_still(UPLOAD)
         for unit in self.robot.units:
             if not at_rest((await unit.status()).values()):
                 raise RobotBusy(f"{unit.address} moves; nothing was changed.", "Wait for standstill.")
@@ -89,17 +91,17 @@ class RobotRestore:
     ) -> Comparison:
         """Read what the backup has. In Ver.3 the mode proves that the power was kept meanwhile.
 
-        :raises InvalidRequest: what is kept without power is wanted, which nobody knows.
+        :raises InvalidRequest: what is kept without power is wanted, which C-HOST does not tell.
         :raises GatewayError: it was not read, or it loses its power again and again.
         """
         if lasting:
             raise InvalidRequest(NO_FLASH)
         for _ in range(READINGS):
-            losses = self.robot.power.losses
+            losses = self.robot.known.power.losses
             self.held = await backup.read(self.robot, self.wanted, reader.has_read)
             if sure:
                 await self._confirm(reader)
-            if await self._has_kept_power() and self.robot.power.losses == losses:
+            if await self._has_kept_power() and self.robot.known.power.losses == losses:
                 break
         else:
             raise RobotBusy(f"{self.address} loses its power again and again.", "See to its power supply.")
@@ -116,7 +118,7 @@ class RobotRestore:
     async def _has_kept_power(self) -> bool:
         async with self.robot.line.sequence_lock.held(Lane.COMMAND, deadline_of(Lane.COMMAND)):
             try:
-                await self.robot.power.see()
+                await self.robot.conversation.prepare([self.robot.known.power.mode_kept()])
             except PowerCycled:
                 return False
         return True
@@ -144,7 +146,7 @@ class RobotRestore:
         return [SetVariable(number=it, value=wanted.get(it, 0.0)) for it in numbers]
 
     def _settings(self, unit: RobotUnit) -> SettingsChange | None:
-        """What is to be changed; None where nothing is."""
+        """The settings to be changed; None where all agree."""
         wanted, held = self._sections(unit)
         names = backup.differing_settings(wanted, held)
         return backup.change_of(unit, {it: (wanted.settings or {})[it] for it in names}) if names else None
@@ -169,7 +171,7 @@ class RobotRestore:
     async def write(self, watcher: Watcher) -> None:
         """Write what differs; each part is read back before the next.
 
-        :raises GatewayError: somebody has ended it, or something is not known to be taken.
+        :raises GatewayError: it was ended, or a step is not known to be taken.
         """
         for variable in self._variables():
             await self._done(watcher, 1, partial(self.robot.change, variable))
@@ -185,7 +187,7 @@ class RobotRestore:
                 await self._done(watcher, commands, store)
 
     async def _done(self, watcher: Watcher, commands: int, work: Callable[[], Awaitable[object]]) -> None:
-        """Do something that does no harm when it is done twice; where nobody knows, do it again."""
+        """Do a step that does no harm when it is done twice; repeat it where its outcome is not known."""
         for attempt in range(1, ATTEMPTS + 1):
             watcher.require_wanted()
             self._require_no_stop()
@@ -218,3 +220,40 @@ class RobotRestore:
         :raises InvalidRequest: always.
         """
         raise InvalidRequest(NO_FLASH)
+
+
+RESTORED: Final[tuple[type[FicsCommand[Any]], ...]] = (
+    *(SetSmoothAcceleration, BeginPositionUpload, ClearPositions, SetVariable),
+    *(setting.write for setting in SETTINGS.values()),
+)
+"""The commands that change something that a backup has."""
+
+
+def motion_without_proof(exchange: FicsExchange, _: float) -> GatewayError | None:
+    """Refuse a motion without a proof: it is no move, and no run would follow it."""
+    if exchange.command.effect is not Effect.MOTION or exchange.needs is not None:
+        return None
+    name = exchange.command.wire_name()
+    return InvalidRequest(
+        f"{name} starts a move, and has no record of it; nothing was sent.", "Start a move."
+    )
+
+
+def amid_a_restore(
+    restored: Callable[[], RobotRestore | None],
+) -> Callable[[FicsExchange, float], GatewayError | None]:
+    """Make the guard by which nothing else moves or changes a robot that is being `restored`."""
+
+    def guard(exchange: FicsExchange, _: float) -> GatewayError | None:
+        command = exchange.command
+        if command.effect is not Effect.MOTION and not isinstance(command, RESTORED):
+            return None
+        restore = restored()
+        if restore is None or restore.lets_pass(exchange):
+            return None
+        return RobotBusy(
+            f"A backup is being restored to the robot; {command.wire_name()} was not sent.",
+            "Wait for its end or cancel it.",
+        )
+
+    return guard

@@ -1,14 +1,17 @@
-"""What the bits of ACD and ASD mean on a robot, and whether what it shows bears that out.
+"""The bits of ACD and ASD of one robot: what they mean, whether the robot bears that out, what has changed.
 
 The figures that name them are lost (C-HOST manual 2-10, 2-11), so their order is a setting.
 """
 
 import logging
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Final
+from typing import Any, Final
 
+from gateway.fics.axes import Tell, UnitAxes
 from gateway.fics.exchange import Outcome, RobotAnswered
+from protocols.fics.notation import driver_error_text
+from protocols.fics.row import FicsCommand
 from protocols.fics.status import (
     SENSOR_BITS,
     STATUS_BITS,
@@ -28,9 +31,9 @@ log = logging.getLogger(__name__)
 BITS_TOLD_BY: Final = GetAxisStatus, GetAxisSensors
 """The questions that are answered with bits."""
 AT_REST: Mapping[str, bool] = {"origin_done": True, "servo_ready": True, "moving": False, "alarm": False}
-"""What a homed axis shows that stands still without an error."""
+"""The bits of a homed axis that stands still without an error."""
 TELLS_MOTION = {(True, True), (False, False)}
-"""Whether an axis was at work by the first digit of ACD, and moved by the second: what bears that bit out."""
+"""The pairs of (at work by the first digit of ACD, moved by the second) that bear the second out."""
 
 
 @dataclass(eq=False)
@@ -40,7 +43,7 @@ class Bits:
     status: tuple[str, ...] = STATUS_BITS
     sensors: tuple[str, ...] = SENSOR_BITS
     mismatches: dict[int, str] = field(default_factory=dict)
-    """By unit, what it showed at rest that does not go with their order."""
+    """The bits of a unit at rest that do not go with their order, as a sentence, by unit."""
     _compared: set[int] = field(default_factory=set)
     _motion_shown: set[tuple[bool, bool]] = field(default_factory=set)
 
@@ -73,14 +76,14 @@ class Bits:
         }
 
     def may_move(self, axis: AxisStatus) -> bool:
-        """Whether an axis may be on its way, where only the bit `moving` tells (C-HOST manual 2-10).
+        """True if an axis may be on its way, where only the bit `moving` tells (C-HOST manual 2-10).
 
         It says otherwise only of a robot that has shown it in motion, and never at rest.
         """
         return axis.moving or self._motion_shown - {(True, False)} != TELLS_MOTION
 
     def may_brake(self, axes: Iterable[AxisStatus]) -> bool:
-        """Whether an axis may still be on its way in an emergency stop (C-HOST manual 2-10)."""
+        """True if an axis may still be on its way in an emergency stop (C-HOST manual 2-10)."""
         return any(axis.motion_mode == MotionMode.STOPPED and self.may_move(axis) for axis in axes)
 
     def compare_again(self) -> None:
@@ -88,7 +91,7 @@ class Bits:
         self._compared.clear()
 
     def is_due(self, unit: int) -> bool:
-        """Whether a unit was not compared yet."""
+        """True if a unit was not compared yet."""
         return unit not in self._compared
 
     def was_looked_at(self, unit: int) -> None:
@@ -122,3 +125,48 @@ class Bits:
             return None
         log.warning("%s", told)
         return told
+
+
+# edges
+
+TOLD_BITS: Final = ("origin_done", "servo_ready", "alarm")
+"""The bits whose edges are events; the move of an axis tells that it moves."""
+
+
+@dataclass(eq=False)
+class AxisEdges:
+    """The motor axes of one robot as they were last told; what is told first is no edge."""
+
+    _tell: Tell
+    _last: dict[tuple[int, str], Sequence[Any]] = field(default_factory=dict, init=False)
+    """The last reading of each axis, by unit and event type."""
+
+    def note_status(self, unit: UnitAxes, _: FicsCommand[Any], reply: AxisStatuses) -> None:
+        """A unit has told its status (ACD)."""
+        told = [_status(axis) for axis in reply.axes]
+        for axis, _was, now in self._changes(unit, "robot.status.changed", told):
+            self._tell("robot.status.changed", {"unit": unit.number, "axis": axis, **now})
+
+    def note_sensors(self, unit: UnitAxes, _: FicsCommand[Any], reply: SensorStates) -> None:
+        """A unit has told its sensors (ASD)."""
+        for axis, before, now in self._changes(unit, "robot.sensor.changed", reply.axes):
+            self._tell_sensors(unit.number, axis, before, now)
+
+    def _tell_sensors(self, unit: int, axis: str, before: AxisSensors, now: AxisSensors) -> None:
+        for sensor in SENSOR_BITS:
+            on = getattr(now, sensor)
+            if on is not getattr(before, sensor):
+                edge = {"unit": unit, "axis": axis, "sensor": sensor, "on": on}
+                self._tell("robot.sensor.changed", edge)
+
+    def _changes(self, unit: UnitAxes, what: str, now: Sequence[Any]) -> list[tuple[str, Any, Any]]:
+        """The axes that were told otherwise before, each with what was told then and now."""
+        before = self._last.get((unit.number, what), now)
+        self._last[unit.number, what] = now
+        axes = zip(unit.motor_axes, before, now, strict=False)
+        return [(axis, was, it) for axis, was, it in axes if was != it]
+
+
+def _status(axis: AxisStatus) -> dict[str, Any]:
+    bits = [bit for bit in TOLD_BITS if getattr(axis, bit)]
+    return {"status": bits, "driver_error": driver_error_text(axis.driver_error)}

@@ -36,7 +36,7 @@ CALLS: Final[Mapping[str, Sequence[NextCall]]] = {
     "cancelled": (STATUS,),
     "command-garbled": (LINE_STATE,),
 }
-"""By the kind of the error."""
+"""The calls that help, by the kind of the error."""
 
 
 def calls_for_robot(

@@ -1,8 +1,8 @@
-"""What can go wrong with a robot besides what can go wrong with anything."""
+"""Errors of robots, besides those of all controllers."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import Any
+from typing import Any, NoReturn, TypeVar
 
 from gateway import texts
 from gateway.core.errors import (
@@ -20,14 +20,16 @@ from gateway.core.errors import (
 )
 from gateway.texts import Text
 from protocols.fics.errors import lookup
+from protocols.fics.link import FicsRefusal, SystemFailure
 from protocols.fics.row import FicsCommand
 from protocols.table import Retry
 
 LASTING = frozenset({"E05", "E06", "E07", "E08", "E09", "E11", "E12"})
 """Refusals that the same request meets again until it, or a setting, is changed (C-HOST manual 2-12)."""
 IN_MOTION = "E01"
-"""How what the manual forbids during motion is refused (C-HOST manual 1-7)."""
+"""The refusal of a command that the manual forbids during motion (C-HOST manual 1-7)."""
 CANNOT_BE_CARRIED_OUT = "E10"
+T = TypeVar("T")
 HOME_FIRST = texts.text("refusals.home-first").en
 
 
@@ -38,8 +40,26 @@ def refused(robot_id: str, command: FicsCommand[Any], error: str) -> ControllerR
     return ControllerRefused(robot_id, command.wire_name(), error, lookup(error), lasting=error in LASTING)
 
 
+def answered(
+    robot_id: str, command: FicsCommand[Any], outcome: T | FicsRefusal | SystemFailure | GatewayError
+) -> T:
+    """Give the answer of a robot.
+
+    :raises ControllerRefused: the robot has refused the command.
+    :raises RobotFailed: the command ended with an error of the system.
+    :raises GatewayError: there is no answer; the error says why.
+    """
+    if isinstance(outcome, FicsRefusal):
+        raise refused(robot_id, command, outcome.error)
+    if isinstance(outcome, SystemFailure):
+        raise RobotFailed(robot_id, command.wire_name(), outcome.error)
+    if isinstance(outcome, GatewayError):
+        raise outcome
+    return outcome
+
+
 class RefusedBefore(ControllerRefused):
-    """What goes before a command was refused, and so the command was not sent."""
+    """A preparation was refused, so the command itself was not sent."""
 
     def __init__(self, robot_id: str, command: FicsCommand[Any], refusal: ControllerRefused) -> None:
         self.refused: str = refusal.refused if isinstance(refusal, RefusedBefore) else refusal.command_code
@@ -65,9 +85,17 @@ def preparing(robot_id: str, command: FicsCommand[Any]) -> Iterator[None]:
     try:
         yield
     except ControllerRefused as refusal:
-        if refusal.command_code == command.wire_name():
-            raise
-        raise RefusedBefore(robot_id, command, refusal) from refusal
+        refuse_before(robot_id, command, refusal)
+
+
+def refuse_before(robot_id: str, command: FicsCommand[Any], refusal: ControllerRefused) -> NoReturn:
+    """Refuse a command where what goes before it was refused.
+
+    :raises ControllerRefused: always.
+    """
+    if refusal.command_code == command.wire_name():
+        raise refusal
+    raise RefusedBefore(robot_id, command, refusal) from refusal
 
 
 class RobotFailed(ControllerError):
@@ -163,6 +191,7 @@ class UnitMissing(UnitNotSelected):
     retryable = False
 
     def __init__(self, robot_id: str, unit: int) -> None:
+        self.unit = unit
         super().__init__(
             f"Robot {robot_id} says that it has no unit {unit}; nothing more was sent.",
             f"Take unit {unit} of {robot_id} out of the configuration, or correct its number, and reload it.",
@@ -170,7 +199,7 @@ class UnitMissing(UnitNotSelected):
 
 
 class NotProved(NotSent):
-    """What the robot has told before a motion may no longer be so: the line was disturbed in between."""
+    """The line was disturbed between the questions before a motion, so their answers prove nothing."""
 
     kind = "not-proved"
 

@@ -1,16 +1,19 @@
 """One C-HOST command on its way to a robot, and what its answers mean."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, Final, NamedTuple
 
 from gateway.core.errors import GatewayError
 from gateway.core.exchange import Exchange, More, RememberedReply, remedy_of
 from gateway.core.exchange import Proof as Proof
 from gateway.core.lanes import Lane
-from gateway.fics.errors import RobotFailed, refused
 from protocols.fics.alarms import TakeCurrentError
 from protocols.fics.link import Completion, FicsRefusal, QueryAnswer, SystemFailure, credit, line_of
+from protocols.fics.motor_axes import GetMotorPosition
 from protocols.fics.row import FicsCommand
+from protocols.fics.status import GetAxisSensors, GetAxisStatus, GetUserPosition
+from protocols.fics.system import GetCommunicationMode, GetUnit
 from protocols.table import Reply
 
 ROBOT, SET_UP = 0, 1
@@ -28,21 +31,32 @@ class RobotAnswered:
     confirmed: bool = True
     """False where the mode is silent: the command has left, and nothing more is known."""
     texts: tuple[str, ...] = field(default=(), compare=False)
-    """What followed the name in each answer, as it came."""
+    """The text behind the name in each answer, as it came."""
 
 
 Outcome = RobotAnswered | FicsRefusal | SystemFailure | GatewayError
 
 
-def answered(robot_id: str, command: FicsCommand[Any], outcome: Outcome) -> RobotAnswered:
-    """Turn everything that is no answer into its error."""
-    if isinstance(outcome, FicsRefusal):
-        raise refused(robot_id, command, outcome.error)
-    if isinstance(outcome, SystemFailure):
-        raise RobotFailed(robot_id, command.wire_name(), outcome.error)
-    if isinstance(outcome, GatewayError):
-        raise outcome
-    return outcome
+MODE: Final = GetCommunicationMode()
+UNIT: Final = GetUnit()
+STATUS: Final = GetAxisStatus()
+SENSORS: Final = GetAxisSensors()
+PLACES: Final = GetMotorPosition()
+"""Where the motors stand: known only of motors that are homed (C-HOST manual 4-4)."""
+POSITIONS: Final[Mapping[str, FicsCommand[Any]]] = {"user": GetUserPosition(), "motor": PLACES}
+"""The positions, by coordinates. Questions that are put again and again are built, and written out, once."""
+
+
+class RobotQuestion(NamedTuple):
+    """A question, or a setting, that goes before a command."""
+
+    command: FicsCommand[Any]
+    unit: int | None = None
+    """The unit that is asked; of UNT, the unit that the robot is to act on."""
+    fresh: bool = False
+    """No copy of an earlier answer may be taken for this one."""
+    proof: Proof | None = None
+    """The proof that the answer is the last part of."""
 
 
 @dataclass(eq=False, slots=True)
@@ -52,7 +66,7 @@ class FicsExchange(Exchange[FicsCommand[Any], ReplyFrame, RobotAnswered | FicsRe
     outdated_before: int = 0
     """The number of the last frame that was no mere read: what was asked before it may be outdated."""
     unheard: int = 0
-    """What `FicsLine.unheard` was when it had been written."""
+    """`FicsLine.unheard` when it had been written."""
     parts: list[tuple[Reply, str]] = field(default_factory=list)
     """The answers to this attempt and their texts, while more are to come."""
 
@@ -69,10 +83,10 @@ class FicsExchange(Exchange[FicsCommand[Any], ReplyFrame, RobotAnswered | FicsRe
         return remedy_of(self.command)
 
     def mistakes(self, said: RememberedReply) -> bool:
-        """Whether a copy would be credited, and be wrong (decision 12).
+        """True if a copy would be credited, and be wrong (decision 12).
 
         Equal reads are not kept apart, as long as nothing is done in between: a copy tells what was true a
-        moment before. What has to be fresh is kept apart even from them.
+        moment before. A command that has to be fresh is kept apart even from them.
         """
         return not self._is_right(said) and credit(self.command, said.frame) is not None
 

@@ -7,7 +7,6 @@ from typing import Annotated, Any, ClassVar, Final, Literal
 from pydantic import Field
 
 from gateway.core.alarms import Cause
-from gateway.core.controllers import Controllers
 from gateway.core.errors import InvalidRequest, NotFound
 from gateway.core.family import (
     PortInfo,
@@ -27,20 +26,17 @@ from gateway.core.targets import Replies, Target
 from gateway.fics import config, settings, signals
 from gateway.fics.addressed import STOP_MODES, RobotTarget, UnitTarget
 from gateway.fics.alarms import causes
-from gateway.fics.axes import UnitAxes
-from gateway.fics.backup_restore import RobotRestore
+from gateway.fics.axes import RobotId, UnitAxes, UnitNumber
+from gateway.fics.backup_restore import RobotRestore, amid_a_restore, motion_without_proof
 from gateway.fics.bits import Bits
 from gateway.fics.event_types import TYPES
-from gateway.fics.guards import amid_a_restore, motion_without_proof
 from gateway.fics.jogs import JogSession
+from gateway.fics.knowledge import Macros
 from gateway.fics.line import FicsLine
 from gateway.fics.live import ChannelSource, UnitSource
-from gateway.fics.macros import Macros
 from gateway.fics.move_record import RobotMove
 from gateway.fics.moves import RobotMoves
-from gateway.fics.names import RobotId, UnitNumber
-from gateway.fics.robot import Robot
-from gateway.fics.robot_now import RobotNow
+from gateway.fics.robot import Robot, RobotNow, Robots
 from gateway.fics.stops import RobotStopReport
 from gateway.fics.units import RobotUnit
 from gateway.fics.watch import watch
@@ -73,7 +69,7 @@ class RobotLineInfo(PortInfo):
     online: Annotated[bool, Field(description="Whether the robot can be asked now, as far as is known.")]
 
 
-class Fics(Controllers[Robot]):
+class Fics(Robots):
     """All lines with robots."""
 
     moves: RobotMoves
@@ -152,21 +148,14 @@ class Fics(Controllers[Robot]):
             bits=Bits(it.status_bits, it.sensor_bits),
             macros=Macros(it.macros or {}),
         )
-        robot.power.on_memory = self.site.known.keep(it.id, robot.power)
+        power = robot.known.power
+        power.on_memory = self.site.known.keep(it.id, power)
         return line
 
     def _publish_restore(self, what: str, restore: Restore) -> None:
         self.site.events.publish(f"robot.restore.{what}", restore.target, restore, correlation=restore.id)
 
     # finding
-
-    def robots(self) -> list[Robot]:
-        """All robots, in the order of the configuration."""
-        return self.every()
-
-    def robot(self, robot_id: str) -> Robot:
-        """Find a robot; errors as of `find`."""
-        return self.find(robot_id)
 
     def target(self, collection: str, names: Sequence[str]) -> Target:
         """Find a robot or a unit; errors as of `robot` and `Robot.unit`."""
@@ -179,7 +168,7 @@ class Fics(Controllers[Robot]):
         return UnitTarget(robot, robot.unit(int(of_robot[1])), self.moves)
 
     def link_of(self, line_id: str) -> Target:
-        """Nobody stands between a line and its robot."""
+        """Refuse a link: none stands between a line and its robot."""
         raise InvalidRequest(
             f"Line {line_id} leads to a robot and has no bodies; nothing was sent.",
             "GET /robots lists the robots, with their lines.",
@@ -223,13 +212,13 @@ class Fics(Controllers[Robot]):
         return row.is_query()
 
     def causes(self) -> Iterator[Cause]:
-        """What can go wrong with robots."""
+        """The causes of the robots' alarms."""
         return causes(self._all.get)
 
     # over restarts
 
     def trajectories(self) -> Sequence[Any]:
-        """Those of the moves."""
+        """The trajectories of the moves."""
         return self.moves.trajectories.all
 
     def works(self) -> Mapping[str, DurableJobs[Any]]:

@@ -10,11 +10,9 @@ from gateway.core.errors import ControllerRefused, GatewayError, NoReply
 from gateway.core.jogs import START_WITHIN_S, Jog, Jogging, JogNews, JogOutOfReach, JogOver, Jogs
 from gateway.core.lanes import Lane
 from gateway.core.own_faults import retry_until_done, run_all_then_raise
-from gateway.fics.axes import Places, at_rest, unit_of
-from gateway.fics.errors import IN_MOTION, RobotBusy, UnitNotSelected, preparing
-from gateway.fics.exchange import answered
-from gateway.fics.motion_state import Tell
-from gateway.fics.motions import Accepted, Motions
+from gateway.fics.axes import Places, Tell, at_rest, unit_of
+from gateway.fics.conversation import Accepted, Conversation
+from gateway.fics.errors import IN_MOTION, RobotBusy, UnitNotSelected, answered, preparing
 from gateway.fics.units import RobotUnit
 from protocols.fics.jog import StartJog, StopJog
 from protocols.fics.status import AxisStatus
@@ -24,10 +22,10 @@ STILL_WITHIN_S = 1.0
 """An axis that still moves after this time since the end of its JOG makes the whole robot stop; one that says
 so has the time of its ramp."""
 AFTER_RAMP_S = 0.5
-"""So much later than its ramp can be over it is to be seen to stand still."""
+"""Patience after the longest ramp until the axis is seen to stand still, in seconds."""
 RECHECK_S = 0.1
 STILL_LOOKS = 2
-"""An axis seen to stand still so often in turn jogs no more; a single look may come before it begins."""
+"""Looks in turn at an axis that stands still until it jogs no more; a single look may come too early."""
 
 
 class JogSession(Jog):
@@ -52,14 +50,16 @@ class RobotJogs(Jogs[JogSession, None]):
     def __init__(
         self,
         units: Sequence[RobotUnit],
-        motions: Motions,
+        conversation: Conversation,
         tell: Tell,
         stop_robot: Callable[[], Awaitable[object]],
+        poll_interval_s: float,
     ) -> None:
         super().__init__(lambda news, it: tell(f"robot.jog.{news}", it.jog.model_dump()))
         self._units = units
-        self._motions = motions
-        self._line, self._robot_id = motions.line, motions.commander.robot_id
+        self._conversation, self._known = conversation, conversation.known
+        self._line, self._robot_id = conversation.line, conversation.robot_id
+        self._poll_interval_s = poll_interval_s
         self._tell = tell
         self._stop_robot = stop_robot
         """Called when an axis does not stop."""
@@ -91,8 +91,8 @@ class RobotJogs(Jogs[JogSession, None]):
         session = Jogging(jog, jog.what, self._line, None)
         self._unsettled.append(session)
         try:
-            with preparing(self._robot_id, command), self._motions.sending(command, axes):
-                accepted = await self._motions.begin(
+            with preparing(self._robot_id, command), self._conversation.sending(command, axes):
+                accepted = await self._conversation.begin(
                     command,
                     axes,
                     epoch=epoch,
@@ -129,7 +129,7 @@ class RobotJogs(Jogs[JogSession, None]):
             raise
 
     async def _may_have_run(self, error: GatewayError, session: _Session, epoch: int) -> bool:
-        """Whether it was refused as in motion, and its axis moves: by a first copy of a doubled start.
+        """True if it was refused as in motion, and its axis moves: by a first copy of a doubled start.
 
         An axis that was stopped meanwhile may stand still because of that.
         """
@@ -162,7 +162,7 @@ class RobotJogs(Jogs[JogSession, None]):
     async def _stop_unknown(self, unit: int, axis: str) -> None:
         """Stop an axis that has no session: the robot may jog it for an earlier life of the gateway."""
         line, command = self._line, StopJog(axis=axis)
-        if self._motions.selection.unit == unit:
+        if self._known.unit.number == unit:
             outcome = await line.submit(line.exchange(command, Lane.STOP))
         else:
             async with line.sequence_lock.held(Lane.STOP):
@@ -185,7 +185,7 @@ class RobotJogs(Jogs[JogSession, None]):
 
     async def _select(self, unit: int, axis: str) -> None:
         try:
-            await self._motions.selection.make(unit, afresh=False)  # in motion it does not tell
+            await self._conversation.select(unit, afresh=False)  # in motion it does not tell
         except (RobotBusy, ControllerRefused, UnitNotSelected) as error:
             raise UnitNotSelected(
                 f"Axis {axis} of unit {unit} was not stopped, for JOG {axis} might stop another unit's: "
@@ -210,7 +210,7 @@ class RobotJogs(Jogs[JogSession, None]):
     async def _rests(self, session: _Session) -> None:
         looks = 0
         while looks < STILL_LOOKS:
-            await asyncio.sleep(self._motions.poll_interval_s)
+            await asyncio.sleep(self._poll_interval_s)
             looks = looks + 1 if await self._stands_still(session.jog.unit, session.jog.axis) else 0
         session.jog.note_end("came to rest without a stop, as at a limit")
         self._stop(session)
@@ -244,7 +244,7 @@ class RobotJogs(Jogs[JogSession, None]):
 
     def _patience_s(self, *, tells: bool) -> float:
         """How long an axis may take to stand still; one that `tells` that it moves may be on its ramp."""
-        ramp_s = self._motions.state.ramps.longest_s if tells else None
+        ramp_s = self._known.motion.ramps.longest_s if tells else None
         return STILL_WITHIN_S if ramp_s is None else max(STILL_WITHIN_S, ramp_s + AFTER_RAMP_S)
 
     def _settled(self, session: _Session) -> None:
@@ -254,14 +254,14 @@ class RobotJogs(Jogs[JogSession, None]):
 
     def _end_motion(self) -> None:
         """End the motion when the last axis stands still."""
-        if not self._unsettled and self._motions.state.jogs:
-            self._motions.end()
+        if not self._unsettled and self._known.motion.jogs:
+            self._conversation.end()
 
     def _was_sent(self, session: _Session) -> bool:
         return session.jog.id in self._sessions
 
     async def _stands_still(self, unit: int, axis: str) -> bool | None:
-        """Whether an axis stands still; None where the robot did not tell."""
+        """True if an axis stands still; None where the robot did not tell."""
         jogged = unit_of(self._units, unit)
         try:
             axes = await jogged.status(Lane.VERIFY)  # no read of others wears out patience
@@ -274,7 +274,7 @@ class RobotJogs(Jogs[JogSession, None]):
             return None
 
     async def _stays(self, unit: RobotUnit, axis: str, motors: Mapping[str, AxisStatus]) -> bool:
-        """Whether an axis stands still while others of the unit jog: its motors are where they were before.
+        """True if an axis stands still while others of the unit jog: its motors are where they were before.
 
         Where their places are not known, only the second digit of ACD tells (C-HOST manual 2-10), if it does.
         """
@@ -282,7 +282,7 @@ class RobotJogs(Jogs[JogSession, None]):
         before = self._places.get((unit.number, axis), {})
         self._places[unit.number, axis] = now
         if any(now[motor] is None for motor in motors):
-            return not any(map(self._motions.commander.bits.may_move, motors.values()))
+            return not any(map(self._known.bits.may_move, motors.values()))
         return all(before.get(motor) == now[motor] for motor in motors)
 
     def _unsettled_with(self, unit: int, axis: str) -> list[_Session]:
@@ -292,7 +292,7 @@ class RobotJogs(Jogs[JogSession, None]):
         return [it for it in sessions if motors & self._motors(unit, it.jog.axis)]
 
     def _motors(self, unit: int, axis: str) -> set[str]:
-        """The motors that move an axis; all of them where nobody knows which.
+        """The motors that move an axis; all of them where it is not known which.
 
         :raises InvalidRequest: the unit has no such axis.
         """

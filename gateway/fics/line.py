@@ -47,7 +47,7 @@ CLEARING = b"!\rPOF 2\r"
 With `!` no command is written correctly (E06, C-HOST manual 2-12). CR alone would let a robot execute
 what was cut off, such as a move to half of its place.
 
-Whether that was heard is seen by the question for the mode, which no robot in an upload answers.
+The question for the mode, which no robot in an upload answers, shows if that was heard.
 """
 
 
@@ -85,18 +85,18 @@ class FicsLine(LineDriver[FicsExchange, ReplyFrame, ReplyFrame]):
         """Held from the selection of a unit to the last command that depends on it."""
         session.on_silence = self._robot_is_silent
         self.on_stray: Callable[[ReplyFrame], None] = lambda _: None
-        """Called with an answer that nobody has asked for."""
+        """Called with an answer to no question of the gateway."""
         session.on_stray = lambda frame: self.on_stray(frame)
         self._known = False
-        """Whether the robot has been set up before."""
+        """True if the robot has been set up before."""
         self._was_away = False
-        """Whether it was silent, or its port gone, since."""
+        """True if it was silent, or its port gone, since."""
         self.absences = 0
-        """How often it has come back so in the mode of power-on: that alone tells of no loss of power."""
+        """Count of its returns after an absence in the mode of power-on, which tells of no loss of power."""
         self._missing = False
-        """Whether its silence has been reported."""
+        """True if its silence has been reported."""
         self._tells_mode = True
-        """Whether it has answered MOD, or refused it, when last asked."""
+        """True if it has answered MOD, or refused it, when last asked."""
         self._patient_until = 0.0
         """Deadline for requests that wait for the set-up."""
 
@@ -104,12 +104,12 @@ class FicsLine(LineDriver[FicsExchange, ReplyFrame, ReplyFrame]):
 
     @property
     def online(self) -> bool:
-        """Whether the robot can be asked now, as far as is known."""
+        """True if the robot can be asked now, as far as is known."""
         return self._open and self._session.online
 
     @property
     def uploading(self) -> bool:
-        """Whether an upload of positions is open."""
+        """True if an upload of positions is open."""
         return self._session.upload.is_open
 
     @property
@@ -139,7 +139,7 @@ class FicsLine(LineDriver[FicsExchange, ReplyFrame, ReplyFrame]):
         return frame.decode("ascii").replace("\r", "\\r").replace("\n", "\\n")
 
     def address_of(self, _target: int) -> str:
-        """The robot's id: there is nobody else on its line."""
+        """The robot's id: it is alone on its line."""
         return self._session.robot_id
 
     def _break_off(self, reason: str) -> None:
@@ -176,7 +176,7 @@ class FicsLine(LineDriver[FicsExchange, ReplyFrame, ReplyFrame]):
         self._patient_until = self._loop.time() + READY_WITHIN_S
 
     async def _agree_on_mode_or_tell(self) -> bool:
-        """Whether the robot is in its mode now; a robot that says nothing at all is reported silent."""
+        """True if the robot is in its mode now; a robot that says nothing at all is reported silent."""
         replies, garbage = self.counters["replies"], self.counters["garbage"]
         if await self._agree_on_mode():
             return True
@@ -281,7 +281,7 @@ class FicsLine(LineDriver[FicsExchange, ReplyFrame, ReplyFrame]):
         return self.queue(exchange)
 
     async def say(self, exchange: FicsExchange) -> Outcome:
-        """Queue an exchange, and give what became of it; it is withdrawn if nobody waits for that any more.
+        """Queue an exchange, and give what became of it; it is withdrawn when its caller goes.
 
         Errors as of `submit`.
         """
@@ -292,7 +292,7 @@ class FicsLine(LineDriver[FicsExchange, ReplyFrame, ReplyFrame]):
             raise
 
     def forsake(self, exchange: FicsExchange) -> None:
-        """Take back an exchange, if it is not written yet: nobody waits for it any more."""
+        """Take back an exchange whose caller has gone, if it is not written yet."""
         self.withdraw(exchange, Cancelled("The caller has gone; nothing was sent."))
 
     def _wait_for_set_up(self, exchange: FicsExchange) -> None:
@@ -316,11 +316,11 @@ class FicsLine(LineDriver[FicsExchange, ReplyFrame, ReplyFrame]):
         self.cancel(lambda it: it is exchange, reason)
 
     def may_be_silent(self, query: FicsCommand[Any]) -> bool:
-        """Whether silence may be the refusal of a query."""
+        """True if silence may be the refusal of a query."""
         return self._session.may_be_silent(query)
 
     def shows_silence(self, error: GatewayError) -> bool:
-        """Whether an error shows that the robot does not answer, on a port that is open."""
+        """True if an error shows that the robot does not answer, on a port that is open."""
         if self.state is LineState.DOWN or isinstance(error, GarbledReply | QueueFull | Expired):
             return False
         return isinstance(error, NoReply | NotSent)

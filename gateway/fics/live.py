@@ -14,7 +14,7 @@ from gateway.fics.units import RobotUnit
 from protocols.fics.inputs_outputs import GetInputChannel, GetOutputChannel
 
 CHANNEL = 1
-"""Whose inputs and outputs are told. An assumption: no command tells how many channels there are."""
+"""The channel whose inputs and outputs are told. An assumption: no command tells the number of channels."""
 
 
 @dataclass(eq=False)
@@ -28,7 +28,7 @@ class UnitSource(LiveSource):
     unit: RobotUnit
     live: Live
     samples_hz: float = 0.0
-    """How often a second it is asked for during a move."""
+    """Rate of the questions during a move, in Hz."""
     subject: str = field(init=False)
     type: ClassVar = "robot.position"
 
@@ -42,7 +42,7 @@ class UnitSource(LiveSource):
 
     async def read(self, _: Sequence[LiveSource]) -> list[LiveSource]:
         """Ask, and put what was told."""
-        if len(self.robot.units) > 1 and self.robot.selection.unit != self.unit.number:
+        if len(self.robot.units) > 1 and self.robot.known.unit.number != self.unit.number:
             return []
         places, at = await self.unit.position_at(lane=Lane.BACKGROUND)
         axes = {axis: LiveAxis(value=place, unit=self.unit.systems[axis]) for axis, place in places.items()}
@@ -58,12 +58,12 @@ class ChannelSource(LiveSource):
     robot: Robot
     live: Live
     edges_hz: float = 0.0
-    """How often a second the inputs are asked for while nobody watches them."""
+    """Rate of the questions for the inputs while no client watches them, in Hz."""
     subject: str = field(init=False)
     type: ClassVar = IO
     most_hz: ClassVar = IO_HZ
     _inputs: int | None = field(default=None, init=False)
-    """As they were last told."""
+    """The inputs as they were last told."""
 
     def __post_init__(self) -> None:
         self.subject = f"/robots/{self.robot.id}"
@@ -75,7 +75,7 @@ class ChannelSource(LiveSource):
 
     async def read(self, _: Sequence[LiveSource]) -> list[LiveSource]:
         """Ask, put what was told, and tell what has changed; outputs only for watchers."""
-        asking = self.robot.asking
+        asking = self.robot.conversation
         asked = await asking.ask(GetInputChannel(channel=CHANNEL), lane=Lane.BACKGROUND)
         inputs = asked.replies[0].bits
         self._tell_edges(inputs)
@@ -87,7 +87,7 @@ class ChannelSource(LiveSource):
         return [self]
 
     def _tell_edges(self, bits: int) -> None:
-        """What is told first is no edge."""
+        """Publish the edges of the inputs; the first reading is no edge."""
         changed = 0 if self._inputs is None else self._inputs ^ bits
         self._inputs = bits
         for number in (bit for bit in range(8) if changed >> bit & 1):

@@ -1,21 +1,52 @@
-"""What moves, whose motion it is, and what keeps the next one from beginning."""
+"""The motion of a robot as far as is known, and the reasons why the next motion must not begin."""
 
 import asyncio
-from collections.abc import Callable
-from typing import Any
+from collections.abc import Sequence
+from typing import Any, Final
 
+from gateway.fics.axes import Tell, UnitAxes
 from gateway.fics.errors import RobotBusy
-from gateway.fics.move_record import RobotMove
-from gateway.fics.ramps import Ramps
+from protocols.fics.axis_settings import AxisTimes
 from protocols.fics.homing import HomeRobot
 from protocols.fics.jog import StartJog
 from protocols.fics.macros import RunMacro
+from protocols.fics.motor_axes import GetMotorDecelerationTimes
 from protocols.fics.row import Block, FicsCommand
-
-Tell = Callable[[str, dict[str, Any]], object]
-"""Type and data of an event of a robot."""
+from protocols.fics.speeds import GetDecelerationTimes
 
 MOVES_ALL_UNITS = HomeRobot, RunMacro
+SMOOTH = 2.0
+"""Duration of an S-curve as a multiple of that of a straight ramp, at most: an assumption."""
+QUESTIONS: Final[Sequence[FicsCommand[AxisTimes]]] = (GetDecelerationTimes(), GetMotorDecelerationTimes())
+_CODES: Final = frozenset(it.code for it in QUESTIONS)
+"""The codes of the questions, and of the commands that set the times."""
+
+
+class Ramps:
+    """The deceleration times of a robot as told last: in motion it tells none (C-HOST manual 1-7)."""
+
+    def __init__(self) -> None:
+        self._times_ms: dict[tuple[int, str], Sequence[float]] = {}
+        """Deceleration times in milliseconds, by unit and command."""
+
+    @property
+    def longest_s(self) -> float | None:
+        """The seconds that a decelerating stop may take; None where the robot has told nothing."""
+        times_ms = [time for times in self._times_ms.values() for time in times]
+        return SMOOTH * max(times_ms) / 1000 if times_ms else None
+
+    def unknown_of(self, unit: UnitAxes) -> list[FicsCommand[AxisTimes]]:
+        """The questions that a unit has not answered yet."""
+        return [it for it in QUESTIONS if (unit.number, it.code) not in self._times_ms]
+
+    def note(self, unit: UnitAxes, command: FicsCommand[Any], reply: AxisTimes) -> None:
+        """Note the times that a unit has told to any question."""
+        if command.code in _CODES:
+            self._times_ms[unit.number, command.code] = reply.times_ms
+
+    def forget(self) -> None:
+        """Believe them no more: settings that were not stored are lost with the power."""
+        self._times_ms.clear()
 
 
 class MotionState:
@@ -29,37 +60,35 @@ class MotionState:
         self.unit: int | None = None
         """The unit the last one was sent to."""
         self.kept: int | None = None
-        """The unit that moves: nobody can select another, but a macro may (C-HOST manual 1-7)."""
+        """The unit that moves: no other can be selected, but a macro may (C-HOST manual 1-7)."""
         self.foreign: bool | None = None
-        """Whether it was seen to move without a command of ours; None until it was looked at."""
+        """True if it was seen to move without a command of ours; None until it was looked at."""
         self.poll_due = asyncio.Event()
-        """It is to be looked at now, not at the next round."""
+        """Set when it is to be looked at now, not at the next round."""
         self.idle = asyncio.Event()
         """No unit has a move that is not over."""
         self.idle.set()
-        self.moves: dict[int, RobotMove] = {}
-        """By unit, the move that is not over yet."""
         self.still: set[int] = set()
         """The units that stood still when last asked; nothing was sent since that could move them."""
         self.tables_change = asyncio.Lock()
         """Held from a change of a table of positions until it is read back: nothing moves meanwhile."""
         self.ramps = Ramps()
         self.stops = 0
-        """How many are not confirmed yet, or not recorded."""
+        """Count of the stops that are not confirmed yet, or not recorded."""
 
     @property
     def moving(self) -> bool | None:
-        """Whether it moves; None where it was not looked at since it was out of reach."""
+        """True if it moves; None where it was not looked at since it was out of reach."""
         return True if self.command is not None else self.foreign
 
     @property
     def stopping(self) -> bool:
-        """Whether a stop is not confirmed yet."""
+        """True if a stop is not confirmed yet."""
         return self.stops > 0
 
     @property
     def jogs(self) -> bool:
-        """Whether the motion under way is that of JOG sessions."""
+        """True if the motion under way is that of JOG sessions."""
         return isinstance(self.command, StartJog)
 
     # motion commands
@@ -81,16 +110,6 @@ class MotionState:
         if self.foreign is None:
             self.poll_soon()
 
-    def begin_move(self, unit: int, move: RobotMove) -> None:
-        """A move of a unit was asked for."""
-        self.moves[unit] = move
-        self.idle.clear()
-
-    def end_move(self, unit: int) -> None:
-        """The move of a unit is over."""
-        self.moves.pop(unit, None)
-        self.idle.set()
-
     # what was seen
 
     def note_rest(self, unit: int, *, still: bool) -> None:
@@ -104,7 +123,7 @@ class MotionState:
             self._tell("robot.motion.foreign", {})
 
     def doubt(self) -> None:
-        """Nobody knows any more whether it stands still."""
+        """Forget that it stands still."""
         self.foreign = self.foreign or None
         self.poll_soon()
 

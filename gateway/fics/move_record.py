@@ -26,7 +26,7 @@ KINDS: Final[dict[type[FicsCommand[Any]], RobotMoveKind]] = {
     StepAxis: "step",
     RunMacro: "macro",
 }
-"""What each command that starts a move is called."""
+"""The kind of move that each command starts."""
 
 
 class RobotMove(MoveRecord):

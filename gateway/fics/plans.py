@@ -1,26 +1,106 @@
-"""What a robot's move would do, asked without moving: the exact frame, where it goes, how long it takes."""
+"""Plans of robots' moves: the exact frame, the way, the duration; and the samples beside a plan."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from datetime import datetime
 from math import inf, sqrt
-from typing import Any
+from typing import Any, Final
 
 from pydantic import Field
 
-from gateway.core.errors import GatewayError
+from gateway.core.errors import ControllerRefused, GatewayError
+from gateway.core.lanes import Lane
 from gateway.core.records import Record
-from gateway.fics.axes import Coordinates, Places
-from gateway.fics.durations import PER_SECOND, ROWS
+from gateway.core.trajectories import Trajectory
+from gateway.fics.axes import AxisDuration, AxisDurations, Coordinates, Places
+from gateway.fics.conversation import STATE_FORBIDS
 from gateway.fics.errors import NotHomed, PositionUnknown
-from gateway.fics.move_record import check
-from gateway.fics.soft_limits import crossed_limits
-from gateway.fics.targets import end_of, require_known, target_of
+from gateway.fics.motion_state import SMOOTH
+from gateway.fics.move_record import RobotMove, check
+from gateway.fics.settings import crossed_limits
+from gateway.fics.targets import end_of, places_it_needs, target_of
 from gateway.fics.units import RobotUnit
-from protocols.fics import speeds
+from protocols.fics import motor_axes, speeds
 from protocols.fics.motor_axes import MoveMotorsRelative
 from protocols.fics.moves import MoveRelative, MoveToPosition
 from protocols.fics.notation import AxisSystem
 from protocols.fics.row import FicsCommand
+
+PER_SECOND = {AxisSystem.MILLIMETRE: 1.0, AxisSystem.PULSE: 1000.0, AxisSystem.DEGREE: 6.0}
+"""Units of position a second in mm/s, kpps and rpm (C-HOST manual 1-5)."""
+PATIENCE, PATIENCE_S = 1.5, 5.0
+"""A move is overdue after this multiple of its reckoning and this time more, in seconds."""
+
+ROWS: Final[Mapping[Coordinates, Sequence[FicsCommand[Any]]]] = {
+    "user": (
+        speeds.GetMaximumSpeeds(),
+        speeds.GetSpeedPercent(),
+        speeds.GetAccelerationTimes(),
+        speeds.GetDecelerationTimes(),
+    ),
+    "motor": (
+        motor_axes.GetMotorMaximumSpeeds(),
+        motor_axes.GetMotorSpeedPercent(),
+        motor_axes.GetMotorAccelerationTimes(),
+        motor_axes.GetMotorDecelerationTimes(),
+    ),
+}
+"""The questions for the maximum speeds, their percents and both times of user and of motor axes."""
+
+
+async def longest_move_s(
+    unit: RobotUnit, coordinates: Coordinates, start: Places, target: Places
+) -> float | None:
+    """How long a move may take; None where a place or a speed is not known.
+
+    :raises ControllerRefused: a state of the system forbids the question, and motion (C-HOST manual 1-7).
+    """
+    return longest_s(start, target, await _durations_of(unit, coordinates))
+
+
+async def _durations_of(unit: RobotUnit, coordinates: Coordinates) -> AxisDurations:
+    """How fast the axes of a unit go, kept until a setting may have changed; empty where it is not told."""
+    known, key = unit.known, (unit.number, coordinates)
+    if key in known.durations:
+        return known.durations[key]
+    changed = known.settings_changed
+    try:
+        found = await _durations_read(unit, coordinates)
+    except ControllerRefused as refused:
+        if refused.error_code in STATE_FORBIDS:
+            raise  # what forbids the question forbids motion, too
+        return {}
+    except GatewayError:
+        return {}
+    if known.settings_changed == changed:
+        known.durations[key] = found
+    return found
+
+
+async def _durations_read(unit: RobotUnit, coordinates: Coordinates) -> AxisDurations:
+    rows = ROWS[coordinates]
+    top, percent, up, down = [await unit.read(row, Lane.COMMAND) for row in rows]
+    told = zip(
+        unit.names(coordinates), top.speeds, percent.percents, up.times_ms, down.times_ms, strict=False
+    )
+    return {
+        axis: AxisDuration(
+            speed * PER_SECOND[unit.systems[axis]] * share / 100, SMOOTH * (up_ms + down_ms) / 1000
+        )
+        for axis, speed, share, up_ms, down_ms in told
+        if speed > 0 and share > 0
+    }
+
+
+def longest_s(start: Places, target: Places | None, axes: AxisDurations) -> float | None:
+    """How long a move may take; None where a place or a speed is not known."""
+    longest = 0.0
+    for axis, wanted in (target or {}).items():
+        place, duration = start.get(axis), axes.get(axis)
+        if wanted is None or place is None or duration is None:
+            return None
+        longest = max(longest, duration.seconds(abs(wanted - place)))
+    return round(longest, 3) if target else None
 
 
 class PlannedRobotMove(Record):
@@ -55,7 +135,7 @@ class Ride:
     """The speed it starts with and ends with."""
     peak: float
     faster: float
-    """By how much it grows a second."""
+    """Acceleration in units per second squared."""
     slower: float
 
     @property
@@ -69,7 +149,7 @@ class Ride:
         return ramps_s + max(self.way - (self.low + self.peak) / 2 * ramps_s, 0.0) / self.peak
 
     def gone(self, seconds: float) -> float:
-        """How far it has gone after so many seconds."""
+        """The way that is behind it after a time in seconds."""
         left_s = self.duration_s - seconds
         if seconds <= 0 or left_s <= 0:
             return 0.0 if seconds <= 0 else self.way
@@ -110,7 +190,7 @@ async def _foresee(plan: PlannedRobotMove, unit: RobotUnit, command: FicsCommand
         if stored is None:
             raise NotCalculable(f"It would be refused: position {command.position} is not set.")
     plan.target_position = target = target_of(unit, command, start, stored)
-    await require_known(unit, command, start, target)
+    await unit.require_places(places_it_needs(unit, command, start, target), command)
     end = end_of(unit, command, start, target) or {}
     if crossed := await crossed_limits(unit, plan.coordinates, end):
         raise NotCalculable(f"It would be refused: {', and '.join(it.said.en for it in crossed)}.")
@@ -196,3 +276,114 @@ def ride_over(way: float, start: float, top: float, share: float, up_s: float, d
         return Ride(way, speed, speed, inf, inf)
     cost = 1 / (2 * faster) + 1 / (2 * slower)
     return Ride(way, low, min(speed, sqrt(low**2 + way / cost)) if cost else speed, faster, slower)
+
+
+class RobotSample(Record):
+    """Where the axes stood."""
+
+    time: datetime = Field(description="When the robot's answer came.")
+    time_s: float = Field(description="Seconds since the move's command was written.")
+    axes: dict[str, float | None] = Field(description="Null while the robot does not know it.")
+    planned: dict[str, float] | None = Field(
+        description="Where the plan has the axis that moves then, in its `units`; null without a plan."
+    )
+
+
+class RobotSamples(Record):
+    """Where a unit was seen during a move: 512 answers at most."""
+
+    move_id: str
+    robot_id: str
+    unit: int
+    coordinates: Coordinates
+    units: dict[str, str] = Field(description="What positions are counted in, by axis: mm, pulse or degree.")
+    planned_s: float | None = Field(
+        description="How long the plan has it move, in seconds; null without a plan."
+    )
+    note: str | None = Field(description="Why there is no plan.")
+    samples: list[RobotSample]
+
+
+class RobotTrajectory(Trajectory[Places]):
+    """The trajectory of a unit's move, and what its plan is made of."""
+
+    def __init__(self, unit: RobotUnit, move: RobotMove, sent_at: datetime, at: float) -> None:
+        super().__init__(sent_at, at, move.start_position or dict.fromkeys(move.units))
+        self.unit, self.move = unit, move
+        self._settings_changed = unit.known.settings_changed
+        self._rides: dict[str, Ride] | str | None = None
+
+    async def rides(self) -> dict[str, Ride] | str:
+        """Work out the plan by the settings that the move was made with, or say why there is none.
+
+        They are read at the first request: no move waits for its plan.
+        """
+        if self._rides is None:
+            try:
+                self._rides = await self._read_rides()
+            except GatewayError as error:
+                return f"The settings could not be read: {error.detail}"
+        return self._rides
+
+    async def _read_rides(self) -> dict[str, Ride] | str:
+        distances = self.distances
+        if distances is None:
+            return "How far it goes was only known when it was done."
+        try:
+            rides = await rides_of(self.unit, self.move.coordinates, distances)
+        except NotCalculable as error:
+            return str(error)
+        if self.unit.known.settings_changed != self._settings_changed:
+            return "Settings of the robot may have changed since the move began."
+        return rides
+
+    @property
+    def distances(self) -> Mapping[str, float] | None:
+        """How far each axis that moves was to go; None where that was not known beforehand."""
+        start, target = self.move.start_position, self.move.target_position
+        if start is None or target is None:
+            return None
+        found: dict[str, float] = {}
+        for axis, wanted in target.items():
+            place = start.get(axis)
+            if wanted is None or place is None:
+                return None
+            if wanted != place:
+                found[axis] = abs(wanted - place)
+        return found
+
+    def planned(self, rides: Mapping[str, Ride], seconds: float) -> dict[str, float]:
+        """The planned places of the axes that move, after a time in seconds."""
+        start, target = self.move.start_position or {}, self.move.target_position or {}
+        places: dict[str, float] = {}
+        for axis, ride in rides.items():
+            begun, wanted = start[axis] or 0.0, target[axis] or 0.0
+            gone = ride.gone(seconds)
+            places[axis] = round(begun + gone if wanted > begun else begun - gone, 6)
+        return places
+
+
+async def samples_of(trajectory: RobotTrajectory) -> RobotSamples:
+    """Give the samples of a move, with the plan beside them where there is one."""
+    move, plan = trajectory.move, await trajectory.rides()
+    rides = None if isinstance(plan, str) else plan
+    return RobotSamples(
+        move_id=move.id,
+        robot_id=move.robot_id,
+        unit=move.unit,
+        coordinates=move.coordinates,
+        units=move.units,
+        planned_s=None
+        if rides is None
+        else round(max((it.duration_s for it in rides.values()), default=0.0), 3),
+        note=plan if isinstance(plan, str) else None,
+        samples=[
+            RobotSample(
+                time=trajectory.time_of(seconds),
+                time_s=round(seconds, 6),
+                axes=dict(places),
+                planned=None if rides is None else trajectory.planned(rides, seconds),
+            )
+            for seconds, places in trajectory.places
+        ],
+    )

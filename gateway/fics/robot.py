@@ -1,37 +1,30 @@
 """A robot as the gateway sees it: composed of its units, what is asked of it, and what moves it."""
 
 import asyncio
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from functools import partial
-from typing import Any
+from typing import Any, Self
 
+from pydantic import Field
+
+from gateway.core.controllers import Controllers
 from gateway.core.errors import InvalidRequest
-from gateway.core.events import Data, Event
 from gateway.core.jogs import JogNews
 from gateway.core.lanes import Lane
-from gateway.core.own_faults import await_each_logging, run_all_then_raise, run_each_logging
+from gateway.core.own_faults import await_each_logging, run_each_logging
+from gateway.core.records import Record
+from gateway.core.restores import Restores
 from gateway.core.stops import StopMode
-from gateway.fics.asking import Answers, Asking, answered_now, deadline_of
-from gateway.fics.axes import UnitAxes, unit_of
+from gateway.fics.axes import UnitAxes
 from gateway.fics.bits import Bits
-from gateway.fics.commander import Commander
-from gateway.fics.downloads import download
-from gateway.fics.durations import Durations
-from gateway.fics.edges import AxisEdges
-from gateway.fics.errors import NotDone
+from gateway.fics.conversation import Answers, answered_now, deadline_of
 from gateway.fics.exchange import ReplyFrame, RobotAnswered
 from gateway.fics.jogs import RobotJogs
+from gateway.fics.knowledge import Macros
 from gateway.fics.line import FicsLine
-from gateway.fics.macros import Macros
-from gateway.fics.motion_state import MotionState
-from gateway.fics.motions import Motions
-from gateway.fics.power import RobotPower
-from gateway.fics.selection import Selection
 from gateway.fics.stops import RobotStopReport, RobotStops
-from gateway.fics.system_errors import RobotErrorRecord, SystemErrors
-from gateway.fics.tables import Tables
-from gateway.fics.units import RobotUnit
-from gateway.fics.uploads import UPLOAD
+from gateway.fics.tables import UPLOAD, Tables
+from gateway.fics.units import AskedRobot, Publish, RobotUnit
 from protocols.fics.alarms import CurrentError, ResetErrors, TakeCurrentError
 from protocols.fics.jog import StartJog, StopJog
 from protocols.fics.link import Completion
@@ -41,16 +34,12 @@ from protocols.fics.positions import (
     ClearPositions,
     DownloadPositions,
     EndPositionUpload,
-    StoredPosition,
     UploadPosition,
 )
 from protocols.fics.row import FicsCommand
 from protocols.fics.stops import StopAllDecelerating, StopAllImmediately
 from protocols.fics.system import GetCommunicationMode, GetUnit, SetCommunicationMode
 from protocols.table import Reply
-
-Publish = Callable[[str, str, Data, str | None], Event]
-"""Type, subject, data and correlation of an event."""
 
 _KEPT_BACK: dict[type[FicsCommand[Any]], str] = {
     BeginPositionUpload: "Upload positions as a whole: an open upload takes no stop.",
@@ -64,8 +53,8 @@ _KEPT_BACK: dict[type[FicsCommand[Any]], str] = {
 }
 
 
-class Robot:
-    """One Fics with its units, behind a line of its own."""
+class Robot(AskedRobot):
+    """One Fics with its units, its motion and its stops."""
 
     def __init__(
         self,
@@ -79,124 +68,53 @@ class Robot:
         bits: Bits | None = None,
         macros: Macros | None = None,
     ) -> None:
-        self.id = robot_id
-        self.name = name
-        self.line = line
+        super().__init__(robot_id, name, line, units, publish, bits)
         self.macros = macros or Macros()
-        self._publish = publish
-        commander = Commander(robot_id, line, bits)
-        self.bits = commander.bits
-        self.motion = motion = MotionState(robot_id, self.publish)
-        self.errors = errors = SystemErrors(commander, self.publish)
-        self.power = power = RobotPower(units, commander, errors, self.publish)
-        self.selection = Selection([unit.number for unit in units], commander, motion, power, self.publish)
-        edges = AxisEdges(self.publish)
-        self.asking = Asking(units, commander, motion, self.selection, power, errors, edges)
-        self.units = [RobotUnit(axes, self.asking, motion) for axes in units]
-        self.tables = Tables(commander, motion, self.selection, self.asking)
-        self.motions = Motions(commander, motion, self.selection, power, errors, poll_interval_s)
-        self.durations = Durations(self.asking)
+        self.poll_interval_s = poll_interval_s
+        """Pause between two looks at axes that move, in seconds."""
+        talk = self.conversation
+        self.tables = Tables(talk)
         self.own_speed = asyncio.Lock()
         """Held from when the speed of a move is set until the move has begun."""
-        self.jogs = RobotJogs(self.units, self.motions, self.publish, partial(self.stop, "immediate"))
-        self.stops = RobotStops(self.units, self.motions, self.jogs, self.publish)
+        stop_now = partial(self.stop, "immediate")
+        self.jogs = RobotJogs(self.units, talk, self.publish, stop_now, poll_interval_s)
+        self.stops = RobotStops(self.units, talk, self.jogs, self.publish)
         line.on_change = self._line_changed
         line.on_stray = self._note_stray
 
     async def close(self) -> None:
         """Stop what jogs, give up repeating stops, and close the line; moves run on in the robot."""
-        work = self.jogs, self.stops, self.errors, self.line, self.asking
+        work = self.jogs, self.stops, self.line, self.conversation
         await await_each_logging(f"the end of {self.id}", *(it.close for it in work))
-
-    # what it is now
-
-    @property
-    def online(self) -> bool:
-        """Whether it can be asked now, as far as is known."""
-        return self.line.online
-
-    @property
-    def mode(self) -> int:
-        """Its communication mode (C-HOST manual 1-1-1)."""
-        return self.line.mode
-
-    @property
-    def moving(self) -> bool | None:
-        """Whether it moves, as far as is known; None where it was not looked at since it was out of reach."""
-        return self.motion.moving
 
     @property
     def moves_under_way(self) -> list[str]:
         """The ids of its units' moves that are not over."""
         return [unit.move.id for unit in self.units if unit.move is not None]
 
-    @property
-    def power_cycled(self) -> bool:
-        """Whether it has lost its power, and nobody has acknowledged that yet."""
-        return self.power.cycled
-
-    @property
-    def latched_error(self) -> RobotErrorRecord | None:
-        """The error of the system that stands, as far as is known."""
-        return self.errors.latched
-
-    def unit(self, number: int) -> RobotUnit:
-        """Find a unit.
-
-        :raises NotFound: it is not configured.
-        """
-        return unit_of(self.units, number)
-
     # asking
 
     async def ask(self, command: FicsCommand[Any], unit: int | None = None) -> Reply | Completion:
-        """Send a command and give its reply, the first where there are several; errors as of `Asking.ask`."""
+        """Send a command and give its first reply; errors as of `Conversation.ask`."""
         replies = (await self.ask_all(command, unit)).replies
         return replies[0] if replies else Completion(command.wire_name())
 
     async def ask_all(self, command: FicsCommand[Any], unit: int | None = None) -> Answers:
-        """Send a command and give all its replies; errors as of `Asking.ask`."""
+        """Send a command and give all its replies; errors as of `Conversation.ask`."""
         _require_alone(command)
         if isinstance(command, TakeCurrentError):
-            taken = await self.errors.take(expires_at=deadline_of(Lane.COMMAND))
+            taken = await self.conversation.take_error(expires_at=deadline_of(Lane.COMMAND))
             return answered_now(RobotAnswered((CurrentError(error=taken),), texts=(taken,)))
         if isinstance(command, ResetErrors):
-            return await self.asking.reset_errors()
+            return await self.conversation.reset_errors()
         if isinstance(command, DownloadPositions):
-            return await download(self.asking, self._unit_of(command, unit), command)
+            return await self._unit_of(command, unit).download(command)
         if isinstance(command, ClearPositions):
             return await self.tables.clear(self._unit_of(command, unit), command)
-        return await self.asking.ask(command, unit)
-
-    async def read(self, query: FicsCommand[Any], unit: int | None = None) -> Any:
-        """Send a query and give its reply; errors as of `Asking.ask`."""
-        return (await self.asking.ask(query, unit)).replies[0]
-
-    async def change(
-        self, command: FicsCommand[Any], unit: int | None = None, *, since: int | None = None
-    ) -> Any:
-        """Send a setting and give what was read back; errors as of `Asking.change`."""
-        return await self.asking.change(command, unit, since=since)
-
-    async def change_mode(self, mode: int) -> None:
-        """Bring the robot into another mode until the gateway ends (C-HOST manual 1-1-1, 2-37).
-
-        :raises RobotBusy: it moves, or a stop is not confirmed; nothing was sent.
-        :raises NotDone: it is in another mode, and is still to be brought into this one.
-        :raises GatewayError: nobody knows yet, and it is tried again; the error says why.
-        """
-        command = SetCommunicationMode(mode=mode)
-        self.line.require_fit()
-        async with self.line.sequence_lock.held(Lane.COMMAND, deadline_of(Lane.COMMAND)):
-            self.motion.require_still(command)
-            if self.line.mode != mode:
-                self.line.change_mode(mode)
-        found = (await self.read(GetCommunicationMode())).mode
-        if found != mode:
-            raise NotDone(f"{self.id} is in mode {found}, not in mode {mode}.", command)
+        return await self.conversation.ask(command, unit)
 
     def _unit_of(self, command: FicsCommand[Any], unit: int | None) -> RobotUnit:
-        return self.unit(self.asking.only_unit(command) if unit is None else unit)
+        return self.unit(self.conversation.only_unit(command) if unit is None else unit)
 
     # what takes several commands
 
@@ -217,51 +135,32 @@ class Robot:
     async def positions(
         self, first: int = 1, last: int = LAST_POSITION, unit: int | None = None
     ) -> list[tuple[int, list[float | None]]]:
-        """Read the stored positions of a unit in turn; errors as of `download`."""
-        if not 1 <= first <= last <= LAST_POSITION:
-            raise InvalidRequest(f"Positions go from 1 to {LAST_POSITION}; nothing was sent.")
-        replies = (await self.ask_all(DownloadPositions(first=first, count=last - first + 1), unit)).replies
-        found = [list(it.coordinates) for it in replies if isinstance(it, StoredPosition)]
-        return list(enumerate(found, first))
-
-    # news
-
-    def publish(
-        self, kind: str, data: Data, unit: UnitAxes | None = None, correlation: str | None = None
-    ) -> Event:
-        """Tell what has happened to the robot, or to a unit."""
-        return self._publish(kind, f"/robots/{unit.address if unit else self.id}", data, correlation)
+        """Read the stored positions of a unit in turn; errors as of `RobotUnit.positions`."""
+        return await self._unit_of(UPLOAD, unit).positions(first, last)
 
     def was_left_alone(self) -> None:
         """The gateway was held up for seconds: stop what jogs, and believe nothing read before."""
         self.jogs.end_all(JogNews.MISSED)
-        self._forget_what_may_change()
-
-    def _forget_what_may_change(self) -> None:
-        if self.motion.command is None:
-            self.selection.forget()  # in motion no other unit can be selected
-        self.motion.doubt()
+        self.known.doubt()
 
     def _line_changed(self, what: str, facts: dict[str, object]) -> None:
-        doubts = self._forget_what_may_change, self.asking.note_change, self.bits.compare_again
+        doubts = self.known.doubt, self.known.note_change, self.known.bits.compare_again
         run_each_logging(f"{what} of {self.id}", *doubts)
         if what == "robot.power_cycled":
-            lost = partial(self.power.lost, certain=True)
-            deeds: list[Callable[[], None]] = [self.selection.forget, self.motion.ramps.forget, lost]
-            run_all_then_raise(deeds)
+            self.known.power_lost()
         elif what.startswith("robot."):
             self.publish(what, dict(facts))
         else:
             if what == "line.up":
-                self.power.on_memory()
+                self.known.power.on_memory()
             self._publish(what, f"/lines/{self.line.id}", dict(facts), None)
 
     def _note_stray(self, frame: ReplyFrame) -> None:
         """An answer to no question of ours came: others may select units, or change the mode."""
         if frame.name == GetUnit.code:
-            self.selection.doubt()
+            self.known.unit.doubt()
         elif frame.name == GetCommunicationMode.code:
-            self.motion.poll_soon()
+            self.known.motion.poll_soon()
 
 
 def _require_alone(command: FicsCommand[Any]) -> None:
@@ -273,3 +172,40 @@ def _require_alone(command: FicsCommand[Any]) -> None:
         raise InvalidRequest(f"{command.wire_name()} is not sent alone; nothing was sent.", remedy)
     if command.starts_motion():
         raise InvalidRequest(f"{command.wire_name()} starts a move; nothing was sent.", "Start a move.")
+
+
+class RobotNow(Record):
+    """A robot, as far as is known."""
+
+    robot_id: str
+    online: bool
+    mode: int
+    moving: bool | None
+    power_cycled: bool
+    error: str | None = Field(description="The code of the error that stands.")
+
+    @classmethod
+    def of(cls, robot: Robot) -> Self:
+        """Tell it without asking the robot."""
+        return cls(
+            robot_id=robot.id,
+            online=robot.online,
+            mode=robot.mode,
+            moving=robot.moving,
+            power_cycled=robot.power_cycled,
+            error=None if robot.latched_error is None else robot.latched_error.code,
+        )
+
+
+class Robots(Controllers[Robot]):
+    """The robots of a plant, and the restores of backups to them."""
+
+    restores: Restores[Any]
+
+    def robots(self) -> list[Robot]:
+        """All robots, in the order of the configuration."""
+        return self.every()
+
+    def robot(self, robot_id: str) -> Robot:
+        """Find a robot; errors as of `find`."""
+        return self.find(robot_id)

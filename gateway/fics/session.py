@@ -45,12 +45,12 @@ VARIABLES = 100
 STANDSTILL_S = 10.0
 """A decelerating stop is answered when all axes stand: it may take this time."""
 QUICK_S = 0.1
-"""How long Ver.2 waits for an answer that a state of the system seems to forbid: silence refuses it.
+"""Patience in Ver.2 for an answer that a state of the system seems to forbid, in seconds.
 
 A fence that no state forbids is certain then: it tells, and an answer that comes before its echo counts.
 """
 _RANKS: dict[type[FicsCommand[Any]], int] = {EndPositionUpload: -2, StopAllImmediately: -1}
-"""Of the stops that wait, an immediate one goes first, and before it what lets the robot hear it."""
+"""Order of the stops that wait: the end of an upload, an immediate stop, all others."""
 
 
 class FicsSession(Session[FicsExchange, ReplyFrame]):
@@ -85,7 +85,7 @@ class FicsSession(Session[FicsExchange, ReplyFrame]):
         self._forbidding: frozenset[Block] = frozenset()
         """The states of the system that have refused a question, or a fence, and may go on."""
         self._answers_until: dict[str, float] = {}
-        """By name, until when an answer that has no number may come to what was asked before."""
+        """The time until which an answer without a number may come to an earlier question, by name."""
         self._now = -inf
         """When a frame was last written."""
         self._asked_for: deque[int] = deque(maxlen=VARIABLES // 2)
@@ -93,7 +93,7 @@ class FicsSession(Session[FicsExchange, ReplyFrame]):
 
     @property
     def online(self) -> bool:
-        """Whether the robot can be asked, as far as is known."""
+        """True if the robot can be asked, as far as is known."""
         return ROBOT not in self.offline
 
     @property
@@ -120,13 +120,13 @@ class FicsSession(Session[FicsExchange, ReplyFrame]):
         )
 
     def goes_before_stop(self) -> FicsExchange | None:
-        """The end of an upload, as often as nobody has heard it."""
+        """The end of an upload, until it was heard."""
         if not self.upload.may_be_open or self._closing():
             return None
         return self.exchange(EndPositionUpload(), Lane.STOP)
 
     def may_be_silent(self, query: FicsCommand[Any]) -> bool:
-        """Whether silence may be the refusal of a query: before it is repeated, ERR has to be asked."""
+        """True if silence may be the refusal of a query: before it is repeated, ERR has to be asked."""
         return self.mode == HostMode.VER_2 and query.is_query() and bool(query.blocked)
 
     def note_forbidden(self, error: str) -> None:
@@ -134,7 +134,7 @@ class FicsSession(Session[FicsExchange, ReplyFrame]):
         self._forbidding = frozenset(block for block, told_as in BLOCK_ERRORS.items() if told_as == error)
 
     def _closing(self) -> bool:
-        """Whether the end of an upload is on its way."""
+        """True if the end of an upload is on its way."""
         return any(map(_ends_upload, (*self.scheduler.exchanges(Lane.STOP), *self._sent)))
 
     def begin_stop(self) -> None:
@@ -205,25 +205,25 @@ class FicsSession(Session[FicsExchange, ReplyFrame]):
         return fence
 
     def _may_forbid_variables(self) -> bool:
-        """Whether in Ver.2 a question for a variable may be refused, as the one in doubt may have been."""
+        """True if in Ver.2 a question for a variable may be refused, as the one in doubt may have been."""
         doubted = frozenset[Block]() if self._suspect is None else self._suspect.command.blocked
         forbidden = Block.TERMINAL_RUNS in doubted | self._forbidding or self._fence.tries > 0
         return forbidden and self.mode == HostMode.VER_2
 
     def _fresh_queries(self) -> list[type[FicsCommand[Any]]]:
-        """What no state forbids, and no earlier answer may be on its way to."""
+        """The queries that no state forbids, and no earlier answer may be on its way to."""
         return [it for it in NEVER_FORBIDDEN if self._answers_until.get(it.code, -inf) <= self._now]
 
     def _fresh_variable(self) -> int:
-        """A variable that nobody has asked for lately: an answer with its number is the fence's own."""
+        """A variable that was not asked for lately: an answer with its number is the fence's own."""
         return next(number for number in self._variables if number not in self._asked_for)
 
     def is_refusal_of_fence(self, frame: ReplyFrame) -> bool:
-        """Whether a query that may be a fence was refused."""
+        """True if a query that may be a fence was refused."""
         return isinstance(frame, FicsRefusal) and frame.name in FENCES
 
     def fence_passed(self, fence: FicsExchange) -> None:
-        """What was to be answered at once and was not never will be; a decelerating stop is at standstill."""
+        """Doubt what should have been answered at once; a decelerating stop is answered at standstill."""
         if type(fence.command) in NEVER_FORBIDDEN and self._fence.tries > 0:
             self._forbidding |= {Block.TERMINAL_RUNS}
         for stop in [it for it in self._sent if it.number < fence.number and it.lane is Lane.STOP]:
@@ -255,7 +255,7 @@ class FicsSession(Session[FicsExchange, ReplyFrame]):
     # what is written, and what comes back
 
     def _is_silent(self, command: FicsCommand[Any]) -> bool:
-        """Whether it gets no answer in this mode; a change of mode is answered as the new mode answers."""
+        """True if it gets no answer in this mode; a change of mode is answered as the new mode answers."""
         mode = command.mode if type(command) is SetCommunicationMode else self.mode
         return mode == HostMode.VER_2 and not command.is_query()
 

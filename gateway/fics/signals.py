@@ -121,7 +121,7 @@ async def set_variable(
 
     variable.require_unchanged(VariableValue(number=number, value=variable.value))
     query = GetVariable(number=number)
-    since = await robot.asking.as_expected(lambda: robot.read(query), require if expects else None)
+    since = await robot.conversation.as_expected(lambda: robot.read(query), require if expects else None)
     told: VariableValue = await robot.change(SetVariable(number=number, value=variable.value), since=since)
     return told
 

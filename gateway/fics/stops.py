@@ -4,7 +4,7 @@ import asyncio
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from functools import partial
-from typing import Any
+from typing import Any, Protocol
 
 from pydantic import Field
 
@@ -25,16 +25,10 @@ from gateway.core.stops import (
     standstill_unknown,
 )
 from gateway.core.waiting import happens
-from gateway.fics.axes import Places, at_rest
-from gateway.fics.bits import Bits
+from gateway.fics.axes import Places, Tell, at_rest
+from gateway.fics.conversation import Conversation
 from gateway.fics.errors import UnitMissing
 from gateway.fics.exchange import Outcome, RobotAnswered
-from gateway.fics.jogs import RobotJogs
-from gateway.fics.line import FicsLine
-from gateway.fics.motion_state import Tell
-from gateway.fics.motions import Motions
-from gateway.fics.ramps import Ramps
-from gateway.fics.system_errors import SystemErrors
 from gateway.fics.units import RobotUnit
 from gateway.texts import Text, text
 from protocols.fics.link import FicsRefusal, SystemFailure
@@ -45,9 +39,9 @@ from protocols.fics.system import HostMode
 STOPPING_ALREADY = "E04"
 """The refusal of a stop while another is under way (C-HOST manual 2-12)."""
 REFUSALS = (BLOCK_ERRORS[Block.TERMINAL_EDITS], UPLOAD_ERROR, STOPPING_ALREADY)
-"""How a stop can be refused; any other error is that of something else (C-HOST manual 1-7, 2-12)."""
+"""The refusals of a stop; any other error is that of something else (C-HOST manual 1-7, 2-12)."""
 TOLD_TIMEOUTS = 2
-"""A robot that has not told for so many times as long as a reply may take tells no more that it moves."""
+"""Reply timeouts after which a robot that has not told tells no more that it moves."""
 BRAKES_FOR_S = 0.05
 """Between two looks at motors that may brake: in less, a slow one would not change what it displays."""
 
@@ -66,18 +60,30 @@ class RobotStopReport(BilingualReport):
     )
 
 
+class EndsWithStops(Protocol):
+    """Motion that ends with a stop of the whole robot: its jogs."""
+
+    def robot_stops(self) -> None:
+        """The robot is being stopped."""
+
+    def robot_stands_still(self) -> None:
+        """Its stop is confirmed."""
+
+
 class RobotStops(StopsUnderWay[StopMode, "_RobotStop"]):
     """The stops of a robot that are under way. A second one of the same kind joins the first."""
 
-    def __init__(self, units: Sequence[RobotUnit], motions: Motions, jogs: RobotJogs, tell: Tell) -> None:
+    def __init__(
+        self, units: Sequence[RobotUnit], conversation: Conversation, jogs: EndsWithStops, tell: Tell
+    ) -> None:
         super().__init__()
-        self._motion, self._errors, self._line = motions.state, motions.errors, motions.line
+        self._conversation, self._line = conversation, conversation.line
+        self._motion = conversation.known.motion
         self._jogs = jogs
-        bits, ramps = motions.commander.bits, motions.state.ramps
-        self._new = partial(_RobotStop, units, motions.line, motions.errors, bits, ramps, tell)
+        self._new = partial(_RobotStop, units, conversation, tell)
         self.was_proved = False
-        """Whether the last stop was being proved already when it was called late."""
-        motions.commander.on_told = self._hear_error
+        """True if the last stop was being proved already when it was called late."""
+        conversation.on_told = self._hear_error
 
     def stop(self, mode: StopMode) -> "asyncio.Task[RobotStopReport]":
         """Stop all axes; a stop is queued before this returns, and nothing older is sent after it.
@@ -125,7 +131,7 @@ class RobotStops(StopsUnderWay[StopMode, "_RobotStop"]):
         return self._motion.confirm_stop, self._jogs.robot_stands_still
 
     async def _record(self, stop: "_RobotStop") -> None:
-        await await_each_logging(f"the stop of {stop.report.robot_id}", self._errors.poll)
+        await await_each_logging(f"the stop of {stop.report.robot_id}", self._conversation.poll_error)
         await happens(self._motion.idle, RECORD_WITHIN_S)
 
 
@@ -135,14 +141,12 @@ class _RobotStop(Stopping):
     def __init__(
         self,
         units: Sequence[RobotUnit],
-        line: FicsLine,
-        errors: SystemErrors,
-        bits: Bits,
-        ramps: Ramps,
+        conversation: Conversation,
         tell: Tell,
         mode: StopMode,
     ) -> None:
         self.report = RobotStopReport(robot_id=units[0].robot_id)
+        line, ramps = conversation.line, conversation.known.motion.ramps
         super().__init__(mode, self.report, line.admission.held_s)
         if mode == "decelerate" and ramps.longest_s is not None:
             self.note_ramp(ramps.longest_s)
@@ -150,11 +154,11 @@ class _RobotStop(Stopping):
         """Units that have told when they were last asked that they move."""
         self._told_at = 0.0
         """Its age when one has told so."""
-        self._units, self._line, self._errors, self._bits, self._tell = units, line, errors, bits, tell
+        self._units, self._conversation, self._line, self._tell = units, conversation, line, tell
         self._refusal: str | None = None
         """The error the robot refused it with, last."""
         self._said_at = self._judged_at = 0
-        """What `FicsLine.unheard` was when it was written last, and of which writing the robot has told."""
+        """`FicsLine.unheard` at the last writing, and at the writing of which the robot has told."""
         self._not_still = {unit.number: text("stops.unit-not-asked", unit=unit.number) for unit in units}
         """Units that were not seen to stand still, and why."""
         self._places: dict[int, Places] = {}
@@ -209,16 +213,16 @@ class _RobotStop(Stopping):
         if self._line.mode != HostMode.VER_2:
             return
         with suppress(GatewayError):
-            await self._errors.take(Lane.STOP)
+            await self._conversation.take_error(Lane.STOP)
 
     def is_judged_by(self, asked_after: int) -> bool:
-        """Whether the error that was asked for after so much would be that of its last writing."""
+        """True if an error that was asked for at this count of `unheard` is that of its last writing."""
         return self.report.state != "confirmed" and self._judged_at < self._said_at <= asked_after
 
     def hear_error(self, error: str, *, one_brakes: bool) -> None:
         """Heed what a robot in Ver.2 tells after it was written; with it maybe `one` that `brakes`.
 
-        Of such two only that one is refused with certainty because a stop is under way.
+        If there are two, only that one is refused with certainty because a stop is under way.
         """
         self._judged_at = self._said_at
         if error == STOPPING_ALREADY and one_brakes and self.mode == "immediate":
@@ -235,7 +239,7 @@ class _RobotStop(Stopping):
     # seeing
 
     async def stands_still(self) -> bool:
-        """Whether every unit says so, twice; if not, the report says which did not, and why."""
+        """True if every unit says so, twice; if not, the report says which did not, and why."""
         await self._read_refusal()
         for pause_s in (BRAKES_FOR_S, 0.0):
             for unit in self._units:
@@ -260,7 +264,11 @@ class _RobotStop(Stopping):
         """
         try:
             axes = (await unit.status(Lane.STOP)).values()
-            places = await unit.position("motor", Lane.STOP) if self._bits.may_brake(axes) else {}
+            places = (
+                await unit.position("motor", Lane.STOP)
+                if self._conversation.known.bits.may_brake(axes)
+                else {}
+            )
         except UnitMissing:
             return None  # the robot itself says that nothing is there to move
         except GatewayError as error:

@@ -1,25 +1,16 @@
-"""The error of the system that stands: asked for by the gateway alone, and kept (C-HOST manual 2-12)."""
+"""The error of the system that stands, as far as is known (C-HOST manual 2-12)."""
 
-import asyncio
-from contextlib import suppress
 from datetime import UTC, datetime
-from typing import Any
 
 from pydantic import Field
 
-from gateway.core.errors import GatewayError, NoReply
-from gateway.core.lanes import Lane
-from gateway.core.origin import Origin, acting
 from gateway.core.records import Record
-from gateway.fics.commander import Commander
-from gateway.fics.errors import ErrorStands
-from gateway.fics.motion_state import Tell
+from gateway.fics.axes import Tell
 from gateway.texts import Text, text
 from protocols.fics.alarm_texts import row_of
 from protocols.fics.alarms import DetailKind, ErrorDetail
 from protocols.fics.errors import FicsErrorKind, lookup
 from protocols.fics.notation import driver_error_text
-from protocols.fics.row import FicsCommand
 
 
 class RobotErrorRecord(Record):
@@ -42,97 +33,57 @@ class RobotErrorRecord(Record):
     at: datetime
 
 
-class SystemErrors:
-    """What is known of a robot's errors of the system."""
+class StandingError:
+    """The error of the system of one robot, as it was told last."""
 
-    def __init__(self, commander: Commander, tell: Tell) -> None:
-        self._commander = commander
-        self._line = commander.line
+    def __init__(self, tell: Tell) -> None:
         self._tell = tell
         self.latched: RobotErrorRecord | None = None
         """The error that stands, as far as is known."""
         self.looked_at: datetime | None = None
         """When the robot has told it last, or that there is none."""
-        self._looking: set[asyncio.Task[str | None]] = set()
-        commander.on_error = self._keep
-        commander.on_alarm = self._poll_soon
+        self.asked_after = 0
+        """`FicsLine.unheard` when the error was last asked for."""
+        self.older_may_hide = False
+        """True if the last answer was an error that stands: an older refusal may still wait behind it."""
 
-    async def close(self) -> None:
-        """Look for no more errors."""
-        for task in self._looking:
-            task.cancel()
-        await asyncio.gather(*self._looking, return_exceptions=True)
+    def note_told(self, error: str, asked_after: int) -> None:
+        """Note the answer of ERR, and `FicsLine.unheard` when it was asked."""
+        self.asked_after = asked_after
+        self.older_may_hide = lookup(error).kind is FicsErrorKind.FICS
 
-    async def take(
-        self, lane: Lane = Lane.COMMAND, expires_at: float | None = None, *, reset_by: str = "elsewhere"
-    ) -> str:
-        """Ask for the present error; an error of the system is kept and published, and so is its reset.
+    def note_looked(self, error: str, reset_by: str) -> None:
+        """Note that the robot was asked; an error that was known and stands no more is told to be reset."""
+        self.looked_at = datetime.now(UTC)
+        if self.latched is not None and lookup(error).kind is not FicsErrorKind.FICS:
+            self.forget()
+            self._tell("robot.errors.reset", {"by": reset_by})
 
-        :raises GatewayError: it was not told.
-        """
-        async with self._line.sequence_lock.held(lane, expires_at):
-            error = await self._commander.take_error()
-            self.looked_at = datetime.now(UTC)
-            if self.latched is not None and lookup(error).kind is not FicsErrorKind.FICS:
-                self.forget()
-                self._tell("robot.errors.reset", {"by": reset_by})
-        return error
+    def is_known(self, error: str | None) -> bool:
+        """True if this error is the one that stands; None stands for one whose name was lost."""
+        return self.latched is not None and error in (None, self.latched.code)
 
-    async def poll(self) -> str | None:
-        """Find out which error stands, and give the answer of ERR.
-
-        None where its answer is lost: then the details still tell of an error (C-HOST manual 2-13).
-        """
-        try:
-            return await self.take()
-        except NoReply:
-            with suppress(GatewayError):
-                async with self._line.sequence_lock.held(Lane.COMMAND):
-                    await self._keep(None)
-        except GatewayError:
-            return None
-        return None
-
-    def details_of(self, error: str) -> RobotErrorRecord | None:
-        """The details of an error; None where another stands."""
-        return self.latched if self.latched is not None and self.latched.code == error else None
-
-    def forget(self) -> None:
-        """No error stands that is known of."""
-        self.latched = None
-
-    def require_none(self, command: FicsCommand[Any]) -> None:
-        """Refuse a motion while an error stands.
-
-        :raises ErrorStands: one does.
-        """
-        if self.latched is not None:
-            raise ErrorStands(command.wire_name(), self.latched.code, self.latched)
-
-    @acting(Origin("gateway: poll"))
-    def _poll_soon(self) -> None:
-        task = asyncio.create_task(self.poll(), name=f"errors of {self._commander.robot_id}")
-        self._looking.add(task)
-        task.add_done_callback(self._looking.discard)
-
-    async def _keep(self, error: str | None) -> None:
-        """Keep and publish an error, once; None where its answer was lost. The sequence lock is held."""
-        known = self.latched
-        if known is not None and error in (None, known.code):
-            return
-        detail = await self._detail()
+    def keep(self, error: str | None, detail: ErrorDetail | None) -> None:
+        """Keep and publish an error; nothing is kept where its name was lost and no details tell of one."""
         if error is None and (detail is None or detail.kind is DetailKind.NONE):
             return
         self.latched = _record(error, detail)
         self._tell("robot.error", self.latched.model_dump(mode="json"))
 
-    async def _detail(self) -> ErrorDetail | None:
-        if self._line.uploading:
-            return None  # an upload takes positions only
-        try:
-            return await self._commander.take_detail()
-        except GatewayError:
-            return None
+    def forget(self) -> None:
+        """No error stands that is known of."""
+        self.latched = None
+
+    def details_of(self, error: str) -> RobotErrorRecord | None:
+        """The details of an error; None where another stands."""
+        return self.latched if self.latched is not None and self.latched.code == error else None
+
+    def is_silent(self, unit: int, motor: str) -> bool:
+        """True if the error that stands is that of a driver which does not answer (C-HOST manual 2-13)."""
+        error = self.latched
+        if error is None or error.kind is not DetailKind.CONNECTION:
+            return False
+        return error.axis == motor and error.unit in (None, unit)
 
 
 def _record(error: str | None, detail: ErrorDetail | None) -> RobotErrorRecord:

@@ -1,44 +1,54 @@
 """The table of positions of a unit: each change is read back, for one lost line shifts all that follow."""
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import AsyncIterator, Iterable, Mapping, Sequence
+from contextlib import asynccontextmanager, suppress
+from typing import Any
 
-from gateway.core.errors import GatewayError, NoReply
+from pydantic import ValidationError
+
+from gateway.core.errors import OVERTAKEN, GatewayError, InvalidRequest, NoReply
 from gateway.core.lanes import Lane
-from gateway.fics.asking import Answers, Asking, answered_now, deadline_of
+from gateway.fics.agreement import READINGS, same_number
 from gateway.fics.axes import DISPLAYED, at_rest
-from gateway.fics.commander import Commander
-from gateway.fics.downloads import download
-from gateway.fics.errors import NotDone, NotReadBack, RobotBusy, RobotPositionsDiffer, preparing
-from gateway.fics.motion_state import MotionState
-from gateway.fics.read_back import READINGS, same_number
-from gateway.fics.selection import Selection
-from gateway.fics.targets import require_places
+from gateway.fics.conversation import Answers, Conversation, answered_now, deadline_of
+from gateway.fics.errors import (
+    NotDone,
+    NotReadBack,
+    RobotBusy,
+    RobotPositionsDiffer,
+    UploadBrokenOff,
+    preparing,
+)
 from gateway.fics.units import RobotUnit
-from gateway.fics.uploads import UPLOAD, Run, commands_of, runs_of, upload
 from protocols.fics.positions import (
     LAST_POSITION,
+    BeginPositionUpload,
     ClearPositions,
     DownloadPositions,
+    EndPositionUpload,
     StoredPosition,
     UploadPosition,
 )
+from protocols.fics.row import FicsCommand
 from protocols.fics.system import HostMode
+from protocols.wording import sentence
 
+UPLOAD = BeginPositionUpload()
+"""Stands for an upload as a whole where it is asked what may be sent."""
+
+Run = tuple[int, list[UploadPosition]]
 TOLD = 3
-"""So many positions that differ are told one by one."""
+"""The most positions that differ and are told one by one."""
 
 Positions = Sequence[tuple[int, Sequence[float | None]]]
 
 
-@dataclass(eq=False)
 class Tables:
     """The tables of positions of a robot's units."""
 
-    _commander: Commander
-    _motion: MotionState
-    _selection: Selection
-    _asking: Asking
+    def __init__(self, conversation: Conversation) -> None:
+        self._conversation = conversation
+        self._known = conversation.known
 
     async def here(self, unit: RobotUnit) -> list[float | None]:
         """Where a unit stands, as it can be stored.
@@ -47,7 +57,7 @@ class Tables:
         :raises NotHomed, PositionUnknown: the robot does not tell where an axis stands.
         :raises GatewayError: it was not read.
         """
-        self._motion.require_free(UPLOAD)
+        self._known.motion.require_free(UPLOAD)
         with preparing(unit.robot_id, UPLOAD):
             if not at_rest((await unit.status()).values()):
                 raise RobotBusy(
@@ -55,33 +65,33 @@ class Tables:
                     "Wait for its end or stop it.",
                 )
             places = await unit.position()
-        await require_places(unit, places, UPLOAD)
+        await unit.require_places(places, UPLOAD)
         return list(places.values())
 
     async def store(self, unit: RobotUnit, positions: Positions, since: int | None = None) -> None:
         """Store positions undivided, and see that the robot holds them (C-HOST manual 2-17 to 2-19).
 
-        :raises Outdated: something was said `since` what `Asking.as_expected` has read; nothing was sent.
+        :raises Outdated: something was said `since` the reading of `as_expected`; nothing was sent.
         :raises InvalidRequest: a number or a coordinate is not possible; nothing was sent.
         :raises UploadBrokenOff: positions were sent before the one that failed, or before a stop.
         :raises PositionsDiffer: the robot holds others than were sent.
         :raises NotReadBack: all were sent, and the robot has not told what it holds.
         :raises GatewayError: nothing was stored.
         """
-        line = self._commander.line
+        line = self._conversation.line
         line.require_fit()
         runs = runs_of(positions)
         for _, coordinates in positions:
             unit.require_values("user", coordinates)
-        self._motion.require_free(UPLOAD)
+        self._known.motion.require_free(UPLOAD)
         epoch = line.stop_epoch
-        async with self._motion.tables_change:
+        async with self._known.motion.tables_change:
             with line.sending(lambda: commands_of(runs)):
                 async with line.sequence_lock.held(Lane.COMMAND, deadline_of(Lane.COMMAND)):
-                    self._asking.begin_to_say(since)
+                    self._known.begin_to_say(since)
                     with preparing(unit.robot_id, UPLOAD):
-                        await self._selection.make(unit.number, afresh=True)
-                    await upload(self._commander, runs, epoch)
+                        await self._conversation.select(unit.number, afresh=True)
+                    await _upload(self._conversation, runs, epoch)
             await self._verify(unit, runs)
 
     async def _verify(self, unit: RobotUnit, runs: Sequence[Run]) -> None:
@@ -107,14 +117,14 @@ class Tables:
         found: dict[int, StoredPosition] = {}
         for part in parts:
             wanted = DownloadPositions(first=part.start, count=len(part))
-            told = await download(self._asking, unit, wanted, Lane.COMMAND)
+            told = await unit.download(wanted, Lane.COMMAND)
             found |= dict(enumerate(told.replies, part.start))
         return found
 
     async def clear(self, unit: RobotUnit, command: ClearPositions) -> Answers:
         """Clear positions (C-HOST manual 2-20); in Ver.2 see that they are.
 
-        What was set there before and is not now proves it: the first position, and of a single one its
+        A position proves it that was set there before and is not now: the first, and of a single one its
         absence.
 
         :raises NotDone: the first or the last is still set.
@@ -122,26 +132,62 @@ class Tables:
         :raises NoReply: it was sent, and nothing that can be read tells whether it was done.
         :raises GatewayError: it was not done, or not sent.
         """
-        line, epoch = self._asking.line, self._asking.line.stop_epoch
-        async with self._motion.tables_change:
+        line, epoch = self._conversation.line, self._conversation.line.stop_epoch
+        async with self._known.motion.tables_change:
             if line.mode != HostMode.VER_2:
-                return await self._asking.ask(command, unit.number)
+                return await self._conversation.ask(command, unit.number)
             first = command.first or 1
             last = min(first + (command.count or LAST_POSITION) - 1, LAST_POSITION)
-            self._motion.require_free(command)
+            self._known.motion.require_free(command)
             with preparing(unit.robot_id, command):
                 was_set = await unit.stored(first, Lane.COMMAND) is not None
             if line.stop_epoch != epoch:
                 raise line.overtaken()
             unanswered = None
             try:
-                await self._asking.ask(command, unit.number)
+                await self._conversation.ask(command, unit.number)
             except NoReply as error:
                 unanswered = error
             await _see_cleared(unit, command, (first, last))
             if unanswered is not None and not was_set and first != last:
                 raise unanswered
         return answered_now()
+
+
+async def _upload(conversation: Conversation, runs: list[Run], epoch: int) -> None:
+    """Store runs of positions, unless there is a stop after `epoch`; call it with the sequence lock held.
+
+    :raises UploadBrokenOff: positions were sent before the one that failed, or before a stop.
+    :raises GatewayError: nothing was stored.
+    """
+    sent = 0
+    for first, commands in runs:
+        begun = False
+        try:
+            async with _open(conversation, first, epoch):
+                begun = True
+                for number, command in enumerate(commands, first):
+                    await conversation.tell(command, epoch)
+                    sent = number
+        except GatewayError as error:
+            if sent or (begun and isinstance(error, OVERTAKEN)):
+                raise UploadBrokenOff(conversation.robot_id, sent, error) from error
+            raise
+
+
+@asynccontextmanager
+async def _open(conversation: Conversation, first: int, epoch: int) -> AsyncIterator[None]:
+    """Open an upload, and end it whatever has happened in between.
+
+    Where its end is not heard, the line sees to that before anything else is said.
+    """
+    try:
+        await conversation.tell(BeginPositionUpload(first=first), epoch)
+        yield
+    finally:
+        if conversation.line.uploading:
+            with suppress(GatewayError):
+                await conversation.say(EndPositionUpload())
 
 
 async def _see_cleared(unit: RobotUnit, command: ClearPositions, numbers: Sequence[int]) -> None:
@@ -156,7 +202,7 @@ async def _see_cleared(unit: RobotUnit, command: ClearPositions, numbers: Sequen
 
 
 async def _is_set(unit: RobotUnit, number: int) -> bool:
-    """Whether a position is set, however often it is read."""
+    """True if a position is set, however often it is read."""
     for _ in range(READINGS):
         if await unit.stored(number, Lane.COMMAND) is None:
             return False
@@ -164,7 +210,7 @@ async def _is_set(unit: RobotUnit, number: int) -> bool:
 
 
 def agrees(sent: UploadPosition, held: StoredPosition | None) -> bool:
-    """Whether a stored position is the one that was sent, as a robot displays it.
+    """True if a stored position is the one that was sent, as a robot displays it.
 
     That it has no coordinate for an axis that was left out, whatever it had before, is an assumption.
     """
@@ -193,3 +239,41 @@ def _differ(
         "others may be overwritten.",
         "Move to none of them. Read the table, and upload what differs again.",
     )
+
+
+def commands_of(runs: Iterable[Run]) -> list[FicsCommand[Any]]:
+    """All that an upload sends, in its order."""
+    return [
+        command
+        for first, positions in runs
+        for command in (BeginPositionUpload(first=first), *positions, EndPositionUpload())
+    ]
+
+
+def runs_of(positions: Sequence[tuple[int, Sequence[float | None]]]) -> list[Run]:
+    """Cut positions into runs of consecutive numbers, in ascending order.
+
+    :raises InvalidRequest: a number comes twice or does not exist, or a coordinate is not possible.
+    """
+    runs: list[Run] = []
+    last = 0
+    for number, coordinates in sorted(positions, key=lambda position: position[0]):
+        if not 1 <= number <= LAST_POSITION:
+            raise InvalidRequest(
+                f"There is no position {number}: they go from 1 to {LAST_POSITION}; nothing was sent."
+            )
+        if number == last:
+            raise InvalidRequest(f"Position {number} is given twice; nothing was sent.")
+        if not runs or number != last + 1:
+            runs.append((number, []))
+        runs[-1][1].append(_command(number, coordinates))
+        last = number
+    return runs
+
+
+def _command(number: int, coordinates: Sequence[float | None]) -> UploadPosition:
+    values = [None if value is None else float(value) for value in coordinates]
+    try:
+        return UploadPosition(coordinates=values)
+    except ValidationError as error:
+        raise InvalidRequest(f"Position {number}: {sentence(error.errors()[0])}; nothing was sent.") from None

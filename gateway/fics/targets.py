@@ -1,10 +1,16 @@
-"""Where a move should end and whether it has: what positions prove of it."""
+"""Where a move should end, and what positions prove of its end, once its axes stand still. Nothing is asked.
 
+A move is done where its axes stand at a target that is known. Where none is, it is done only if it was seen
+to run, ended without an error, and the power was never lost. An answer alone proves nothing: it may be a
+copy of that to an earlier command.
+"""
+
+from dataclasses import dataclass
 from typing import Any
 
-from gateway.fics.axes import DISPLAYED, Places, UnitAxes
-from gateway.fics.errors import HOME_FIRST, NotHomed, PositionUnknown
-from gateway.fics.units import RobotUnit, UnknownReason
+from gateway.core.verdicts import Begun, Place
+from gateway.fics.axes import DISPLAYED, NOISE_DIGITS, Places, UnitAxes
+from protocols.fics.homing import HomeRobot
 from protocols.fics.jog import StepAxis
 from protocols.fics.motor_axes import MoveMotorsAbsolute, MoveMotorsRelative
 from protocols.fics.moves import AxesMove, MoveAbsolute, MoveRelative, MoveToPosition
@@ -13,24 +19,13 @@ from protocols.fics.row import FicsCommand
 
 TOLERANCE = 2 * DISPLAYED
 """A successful move may end so far from its target: its start and its end were both rounded for display."""
-NOISE_DIGITS = 6
-"""Decimals behind these are those of binary numbers, not of places."""
-
-_WHY: dict[UnknownReason, str] = {
-    "not_homed": "it is not homed",
-    "homing": "the robot is homing",
-    "macro": "a macro is running",
-    "automatic": "the robot is in automatic operation",
-    "no_conversion": "its motors stand where no user coordinates exist",
-    "not_known": "the robot does not say why",
-}
 
 
 def axes_it_needs(unit: UnitAxes, command: FicsCommand[Any], target: Places | None) -> list[str]:
     """The axes whose positions have to be known before a move.
 
     A place can only be gone to from a known one (C-HOST manual 2-6, 2-16, 4-3); a stored position whose
-    `target` nobody knows may be one of all axes. Relative moves go unhomed (2-5, 4-2), and so do steps, but
+    `target` is not known may be one of all axes. Relative moves go unhomed (2-5, 4-2), and so do steps, but
     not those of a converted axis (2-3).
     """
     if isinstance(command, StepAxis):
@@ -40,36 +35,11 @@ def axes_it_needs(unit: UnitAxes, command: FicsCommand[Any], target: Places | No
     return []
 
 
-async def require_known(
-    unit: RobotUnit, command: FicsCommand[Any], start: Places, target: Places | None
-) -> None:
-    """Refuse a move that needs a position the robot does not tell.
-
-    :raises NotHomed: an axis is not homed.
-    :raises PositionUnknown: it is not known for another reason.
-    """
-    needed = {name: start[name] for name in axes_it_needs(unit, command, target)}
-    await require_places(unit, needed, command)
-
-
-async def require_places(unit: RobotUnit, places: Places, command: FicsCommand[Any]) -> None:
-    """Refuse a command that needs to know where axes stand.
-
-    :raises NotHomed: an axis is not homed.
-    :raises PositionUnknown: it is not known for another reason.
-    """
-    missing: Places = {name: None for name, place in places.items() if place is None}
-    if not missing:
-        return
-    reasons = await unit.why_unknown(missing)
-    axis, reason = next(iter(reasons.items()))
-    detail = (
-        f"The position of axis {axis} of {unit.address} is not known, for {_WHY[reason]}; "
-        f"{command.wire_name()} was not sent."
-    )
-    if reason == "not_homed":
-        raise NotHomed(detail, HOME_FIRST)
-    raise PositionUnknown(detail, "Read the status of the unit and the errors of the robot.")
+def places_it_needs(
+    unit: UnitAxes, command: FicsCommand[Any], start: Places, target: Places | None
+) -> Places:
+    """The places that have to be known before a move, as far as they are."""
+    return {name: start[name] for name in axes_it_needs(unit, command, target)}
 
 
 def target_of(
@@ -77,7 +47,7 @@ def target_of(
 ) -> dict[str, float | None] | None:
     """Where the axes should come to, by name; null for one that moves from an unknown place.
 
-    `stored` is the position a move goes to by its number. None where nobody can know it beforehand.
+    `stored` is the position a move goes to by its number. None where it cannot be known beforehand.
     """
     if isinstance(command, MoveToPosition):
         return _named(unit.axes, stored) if stored else None
@@ -92,7 +62,7 @@ def target_of(
 def end_of(unit: UnitAxes, command: FicsCommand[Any], start: Places, target: Places | None) -> Places | None:
     """Where a move leads: to its target, or as far as a step counts, which proves too little to be a target.
 
-    None where nobody can know it beforehand.
+    None where it cannot be known beforehand.
     """
     if not isinstance(command, StepAxis):
         return target
@@ -109,7 +79,7 @@ def _sum(place: float | None, amount: float | None) -> float | None:
 
 
 def is_missed(target: Places | None, position: Places | None) -> bool:
-    """Whether an axis is known to stand off its target, wherever the others do."""
+    """True if an axis is known to stand off its target, wherever the others do."""
     return any(
         (furthest_miss({axis: place}, position) or 0.0) > TOLERANCE for axis, place in (target or {}).items()
     )
@@ -126,3 +96,65 @@ def furthest_miss(target: Places | None, position: Places | None) -> float | Non
             return None
         misses.append(round(abs(wanted - found), NOISE_DIGITS))
     return max(misses)
+
+
+@dataclass(frozen=True, slots=True)
+class PlaceProof:
+    """The facts about a move without an error whose axes stand still."""
+
+    command: FicsCommand[Any]
+    start: Places
+    """An axis is None while its place is not known, here as everywhere."""
+    target: Places | None
+    """The targets of the axes that were to move; None where they cannot be known beforehand."""
+    position: Places | None
+    """None where it was not read."""
+    moved: bool
+    """True if the axes moved when they were asked."""
+    replied: bool
+    """True if the robot has answered its end."""
+
+    def ran(self) -> bool:
+        """True if the axes were seen to move, or one stands where it did not.
+
+        One that no longer knows its place tells nothing: that may be a loss of power.
+        """
+        now = (self.position or {}).items()
+        return self.moved or any(place is not None and place != self.start.get(axis) for axis, place in now)
+
+    def begun(self) -> Begun:
+        """How it is known that the command was executed."""
+        return Begun.SEEN if self.ran() else Begun.ANSWERED if self.replied else Begun.UNREFUSED
+
+    def place(self) -> Place:
+        """Where the axes stand, if that is known; roundings hide a very short way."""
+        if is_missed(self.target, self.position):
+            return Place.ELSEWHERE if self.ran() else Place.START
+        miss = furthest_miss(self.target, self.position)
+        if miss is None or miss > TOLERANCE:
+            return Place.UNKNOWN
+        return Place.TARGET if miss == 0 or self.replied or self.ran() else Place.TARGET_PERHAPS
+
+    def stayed(self) -> bool:
+        """True if a move to a known place has not left its own, perhaps because both are one."""
+        return not self.ran() and self.place() is not Place.UNKNOWN
+
+    def ran_its_course(self) -> bool:
+        """True if it is done if the power was kept: it ran, and lacks nothing that its end should show."""
+        return self.ran() and (self.replied or not self._lacks_its_end())
+
+    def _lacks_its_end(self) -> bool:
+        """True if a known target was not seen to be reached, or homing has left an axis without place."""
+        if isinstance(self.command, HomeRobot):
+            return not self._is_homed()
+        return bool(self.target) and None not in (self.target or {}).values()
+
+    def shows_power(self) -> bool:
+        """True if places prove that the power was kept: it takes all of them away (C-HOST manual 2-9)."""
+        if isinstance(self.command, HomeRobot):
+            return self._is_homed()
+        now = self.position or {}
+        return any(place is not None and now.get(axis) is not None for axis, place in self.start.items())
+
+    def _is_homed(self) -> bool:
+        return bool(self.position) and None not in (self.position or {}).values()

@@ -1,4 +1,4 @@
-"""What happens to a robot without us: power that was lost, errors, motion nobody here asked for."""
+"""The watch over a robot: power that was lost, errors, motion that the gateway did not start."""
 
 from collections.abc import Mapping
 from contextlib import suppress
@@ -8,7 +8,7 @@ from gateway.core.line_state import LineState
 from gateway.core.waiting import happens
 from gateway.fics.axes import at_rest, in_trouble
 from gateway.fics.errors import IN_MOTION, RobotBusy
-from gateway.fics.questions import UNIT
+from gateway.fics.exchange import UNIT
 from gateway.fics.robot import Robot
 from gateway.fics.units import RobotUnit
 from protocols.fics.speeds import GetSpeedPercent
@@ -21,7 +21,7 @@ HEALTH_POLL_S = 5.0
 
 async def watch(robot: Robot) -> None:
     """Look again and again, and publish what is found."""
-    motion = robot.motion
+    motion = robot.known.motion
     while True:
         motion.poll_due.clear()
         if robot.line.state is LineState.READY and motion.command is None and not motion.stopping:
@@ -35,21 +35,21 @@ async def watch(robot: Robot) -> None:
 
 
 async def _look(robot: Robot) -> None:
-    await robot.motions.see_power()
-    await robot.errors.poll()
+    await robot.conversation.see_power()
+    await robot.conversation.poll_error()
     moves = await _moves(robot)
-    if robot.motion.command is not None:
+    if robot.known.motion.command is not None:
         return
-    robot.motion.note_foreign(moves=moves)
+    robot.known.motion.note_foreign(moves=moves)
     if moves:
         robot.line.note_forbidden(IN_MOTION)
     with suppress(ControllerRefused):  # the terminal is at work; before the next motion it is done
-        await robot.motions.restore_speeds()
-        await robot.asking.see_units()
+        await robot.conversation.restore_speeds()
+        await robot.conversation.see_units()
 
 
 async def _moves(robot: Robot) -> bool | None:
-    """Whether the unit moves that the robot acts on; None while the terminal keeps it from telling.
+    """True if the unit moves that the robot acts on; None while the terminal keeps it from telling.
 
     Another unit is not selected just to be looked at: the terminal would show it (C-HOST manual 2-1). Only
     where the robot acts on one that is not configured the first that is becomes the present one.
@@ -70,7 +70,7 @@ async def _moves(robot: Robot) -> bool | None:
 
 async def _know_ramps(robot: Robot, unit: RobotUnit) -> None:
     """Ask once how long its axes may take to come to rest: in motion, when it counts, it does not tell."""
-    for question in robot.motion.ramps.unknown_of(unit):
+    for question in robot.known.motion.ramps.unknown_of(unit):
         await unit.read(question)
 
 
@@ -79,12 +79,13 @@ async def _see_signs(robot: Robot, unit: RobotUnit, *, still: bool) -> None:
 
     Where nothing tells, a loss has taken nothing that is known of: so speeds are learnt while none is feared.
     """
-    power, in_doubt, absences = robot.power, robot.power.in_doubt, robot.line.absences
+    power, absences = robot.known.power, robot.line.absences
+    in_doubt = power.in_doubt
     beside = power.witnesses_beside(unit) if still else []
-    if await robot.motions.see_power(unit, speeds=in_doubt) or not still:
+    if await robot.conversation.see_power(unit, speeds=in_doubt) or not still:
         return
     for witness in beside:
-        if await robot.motions.see_power(witness, speeds=in_doubt):
+        if await robot.conversation.see_power(witness, speeds=in_doubt):
             return
     if in_doubt:
         power.settle_doubt(absences)
@@ -97,18 +98,18 @@ async def _compare_bits(
 ) -> None:
     """Once it stands still and is homed: see that its bits mean what the configuration says."""
     standing = at_rest(axes.values()) and not any(map(in_trouble, axes.values()))
-    free = robot.motion.command is None and robot.latched_error is None
-    if not (standing and free and robot.bits.is_due(unit.number)):
+    free = robot.known.motion.command is None and robot.latched_error is None
+    if not (standing and free and robot.known.bits.is_due(unit.number)):
         return
     homed = None not in (await unit.position("motor")).values()
-    robot.bits.was_looked_at(unit.number)
-    if homed and (told := robot.bits.compare(unit.number, axes, sensors)):
+    robot.known.bits.was_looked_at(unit.number)
+    if homed and (told := robot.known.bits.compare(unit.number, axes, sensors)):
         robot.publish("robot.bits.mismatch", {"unit": unit.number, "detail": told})
 
 
 async def _present_unit(robot: Robot) -> RobotUnit:
     if len(robot.units) == 1:
         return robot.units[0]
-    known = robot.selection.unit
+    known = robot.known.unit.number
     number = known or (await robot.read(UNIT)).host_unit
     return next((unit for unit in robot.units if unit.number == number), robot.units[0])

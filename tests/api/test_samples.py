@@ -3,7 +3,7 @@
 import csv
 from io import StringIO
 
-from gateway.fics.samples import RobotSamples
+from gateway.fics.plans import RobotSamples
 from gateway.rorze.samples import BodySamples
 from tests.api.bodies.test_moves import refused
 from tests.api.robots.cell import HOME, UNIT, Cell, in_cell, mm

@@ -25,9 +25,9 @@ from gateway.core.move_record import Move, MoveStatus
 from gateway.core.origin import Origin, acting
 from gateway.core.session import Session
 from gateway.door.keys import Keys
-from gateway.fics import move_runs
+from gateway.fics import moves as moves_of_robots
+from gateway.fics.conversation import Conversation
 from gateway.fics.line import FicsLine
-from gateway.fics.power import RobotPower
 from gateway.fics.stops import _RobotStop
 from gateway.rorze import move_proof
 from gateway.rorze.bodies import Body
@@ -227,7 +227,7 @@ def refusals_of_bodies_are_believed(patch: Patch) -> None:
 
 
 def refusals_of_robots_are_believed(patch: Patch) -> None:
-    patch.setattr(move_runs, "IN_MOTION", "")
+    patch.setattr(moves_of_robots, "IN_MOTION", "")
 
 
 def flash_at_any_time(patch: Patch) -> None:
@@ -286,7 +286,7 @@ def an_absence_is_a_loss_of_power(patch: Patch) -> None:
 
 
 def signs_of_power_are_not_looked_at(patch: Patch) -> None:
-    patch.setattr(RobotPower, "see_signs", _true)
+    patch.setattr(Conversation, "_see_signs", _true)
 
 
 SWITCHES = (

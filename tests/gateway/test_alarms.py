@@ -308,13 +308,13 @@ def test_an_error_of_a_robot_stands_until_it_is_reset() -> None:
     async def story() -> None:
         async with fics_rig() as it:
             it.touch(lambda fics, now: fics.raise_alarm(system_error(183, 12, 34), now))
-            await it.robot.errors.poll()
+            await it.robot.conversation.poll_error()
             alarm = standing(it.plant)["robot.error"]
             assert alarm.code == "183"
             assert [call.path for call in alarm.next] == ["/robots/r1/errors", "/robots/r1/errors/reset"]
             with pytest.raises(AlarmLasts):
                 await reset(it.plant, OPERATOR, alarm.id)
-            await it.robot.asking.reset_errors()
+            await it.robot.conversation.reset_errors()
             await do_reset(it.plant)
             assert standing(it.plant) == {}
 

@@ -67,7 +67,7 @@ async def robot_is_itself(it: FicsRig) -> None:
     await asyncio.sleep(AGAIN_S)
     await it.robot.ask(ResetErrors())  # an axis that nothing could prove to stand was stopped by AES
     if it.robot.power_cycled:  # a fault may look like one
-        it.robot.power.acknowledge()
+        it.robot.known.power.acknowledge()
         assert (await it.move(HomeRobot())).status is MoveStatus.SUCCEEDED
     assert (await it.move(NEAR)).status is MoveStatus.SUCCEEDED
     assert (await it.robot.stop("immediate")).state == "confirmed"
@@ -113,7 +113,7 @@ async def a_robot_moves_and_stops(struck: Strike, mode: int = 3) -> None:
             await asyncio.sleep(AGAIN_S)
         assert all(each.done() for each in asked)
         await asyncio.gather(*asked, return_exceptions=True)
-        assert robot.motion.idle.is_set()
+        assert robot.known.motion.idle.is_set()
         await robot_is_itself(it)
 
 

@@ -167,7 +167,7 @@ async def stop_robot(it: FicsRig) -> None:
 
 async def raise_error(it: FicsRig) -> None:
     it.touch(lambda fics, now: fics.raise_alarm(system_error(183, 12, 34), now))
-    await it.robot.errors.poll()
+    await it.robot.conversation.poll_error()
 
 
 async def reset_errors(it: FicsRig) -> None:
@@ -186,7 +186,7 @@ async def lose_power_of_robot(it: FicsRig) -> None:
 
 
 async def acknowledge_robot(it: FicsRig) -> None:
-    it.robot.power.acknowledge()
+    it.robot.known.power.acknowledge()
 
 
 async def home_by_another(it: FicsRig) -> None:

@@ -461,7 +461,7 @@ def test_a_loss_of_a_robots_power_while_no_gateway_ran_is_seen_and_its_speed_set
         async with world.gateway() as plant:
             await set_up(plant)
             assert plant.robot("r1").power_cycled, "nobody has acknowledged it yet"
-            plant.robot("r1").power.acknowledge()
+            plant.robot("r1").known.power.acknowledge()
             await _made(plant, HomeRobot())
             told = await plant.robot("r1").ask(GetSpeedPercent(), 1)
             assert isinstance(told, SpeedPercents)

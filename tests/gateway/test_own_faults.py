@@ -23,17 +23,14 @@ from gateway.core.sequence_lock import SequenceLock
 from gateway.core.session import Session
 from gateway.core.stops import Stopping
 from gateway.door.stopping import stop_all
-from gateway.fics.asking import Asking
+from gateway.fics.conversation import Accepted, Conversation
 from gateway.fics.family import Fics
 from gateway.fics.jogs import RobotJogs
+from gateway.fics.knowledge import Knowledge, SelectedUnit
 from gateway.fics.motion_state import MotionState
-from gateway.fics.motions import Accepted
-from gateway.fics.move_runs import MoveRun
-from gateway.fics.moves import RobotMoves
+from gateway.fics.moves import MoveRun, RobotMoves
 from gateway.fics.power import RobotPower
-from gateway.fics.selection import Selection
 from gateway.fics.stops import RobotStops, _RobotStop
-from gateway.fics.system_errors import SystemErrors
 from gateway.plant import Plant
 from gateway.rorze import moves
 from gateway.rorze.bodies import Body
@@ -153,7 +150,7 @@ async def test_a_fault_amid_moves_and_stops_of_bodies_is_survived(
         (_RobotStop, "submit"),
         (SequenceLock, "_pass_on"),
         (SequenceLock, "_release"),
-        (SystemErrors, "poll"),
+        (Conversation, "poll_error"),
         (Recorder, "record"),
         (RobotJogs, "robot_stops"),
         (MotionState, "confirm_stop"),
@@ -180,7 +177,7 @@ async def test_a_fault_amid_moves_and_stops_of_a_robot_is_survived(
         assert asking.done()
         assert stopping.done()
         assert failed
-        assert it.robot.motion.idle.is_set()
+        assert it.robot.known.motion.idle.is_set()
         assert (await it.move(MoveRelative(coordinates=[5.0, None, None]))).status is MoveStatus.SUCCEEDED
         assert (await it.robot.stop("immediate")).state == "confirmed"
 
@@ -283,7 +280,7 @@ async def test_what_waits_is_not_left_waiting_where_a_fault_meets_what_expires(
 
 @pytest.mark.parametrize(
     "place",
-    [(RobotPower, "lost"), (Selection, "forget"), (Asking, "note_change")],
+    [(RobotPower, "lost"), (SelectedUnit, "forget"), (Knowledge, "note_change")],
     ids=named,
 )
 @in_virtual_time
@@ -297,7 +294,7 @@ async def test_a_loss_of_power_is_known_in_spite_of_a_fault(
         await asyncio.sleep(AGAIN_S)
         assert failed
         assert it.robot.power_cycled
-        it.robot.power.acknowledge()
+        it.robot.known.power.acknowledge()
         assert (await it.move(HomeRobot())).status is MoveStatus.SUCCEEDED
         assert (await it.robot.stop("immediate")).state == "confirmed"
 

@@ -360,7 +360,7 @@ def test_a_move_of_a_robot_that_is_not_sent_yet_never_is(mode: int) -> None:
                 it.start(RunMacro(macro="PCK")),
                 it.robot.ask(SLOW, 1),
                 it.robot.upload_positions([(1, [1.0])]),
-                it.robot.asking.reset_errors(),
+                it.robot.conversation.reset_errors(),
             ):
                 with pytest.raises(GatewayEnding):
                     await begin

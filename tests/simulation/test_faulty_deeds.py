@@ -83,10 +83,10 @@ class Deeds:
     async def _make_fit(self) -> None:
         """Act as a person: wait a little, acknowledge, reset."""
         await asyncio.sleep(self._dice.uniform(0.1, 2.0))
-        self._rig.robot.power.acknowledge()
+        self._rig.robot.known.power.acknowledge()
         if self._rig.robot.latched_error is not None:
             try:
-                await self._rig.robot.asking.reset_errors()
+                await self._rig.robot.conversation.reset_errors()
             except GatewayError:
                 return
 

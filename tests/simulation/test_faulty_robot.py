@@ -210,7 +210,7 @@ class Simulation:
 
     async def _mover(self, unit: int) -> None:
         for _ in range(MOVES_PER_UNIT):
-            await self._rig.robot.motion.idle.wait()
+            await self._rig.robot.known.motion.idle.wait()
             self._moves += 1
             amount = (1 + self._moves / 1000) * (-1 if self._moves % 4 < 2 else 1)
             errand = Errand(unit, f"LMI ,,{amount:.3f}".rstrip("0"), self._stops)
@@ -231,10 +231,10 @@ class Simulation:
         """Act as a person: acknowledge, reset, wait a little."""
         await asyncio.sleep(self._dice.uniform(0.1, 1.0))
         if self._rig.robot.power_cycled:
-            self._rig.robot.power.acknowledge()
+            self._rig.robot.known.power.acknowledge()
         if self._rig.robot.latched_error is not None:
             try:
-                await self._rig.robot.asking.reset_errors()
+                await self._rig.robot.conversation.reset_errors()
             except GatewayError:
                 return
 
@@ -265,7 +265,7 @@ class Simulation:
             case 5:
                 return await self._rig.robot.positions(1, LAST_POSITION, unit.number)
             case _:
-                return await self._rig.robot.errors.take()
+                return await self._rig.robot.conversation.take_error()
 
     async def _stopper(self) -> None:
         for _ in range(STOPS):

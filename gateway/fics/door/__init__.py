@@ -1,1 +1,1 @@
-"""What callers may ask of robots that takes the plant."""
+"""Rows of the door for robots that take the plant."""

@@ -28,15 +28,15 @@ from gateway.door.backups import (
     text_of_night,
 )
 from gateway.fics import backup
+from gateway.fics.axes import RobotId
 from gateway.fics.backup import RobotContents, RobotSource
 from gateway.fics.backup_restore import NO_FLASH, RobotRestore
-from gateway.fics.family import Fics
-from gateway.fics.names import RobotId
+from gateway.fics.robot import Robots
 from gateway.plant import Plant
 
 ROWS: Final = Rows("backups")
 TEXTS: Final = Rows("backups")
-"""As text alone, read while the request waits."""
+"""Rows that answer with text alone, which is read while the request waits."""
 OF_ROBOT = "[robot r1]\n[variables]\nV01 12.5\n"
 
 
@@ -45,7 +45,7 @@ def of_robot(plant: Plant, robot_id: str) -> ReadingOrder:
 
     :raises NotFound: there is no such robot.
     """
-    fics = plant.family(Fics)
+    fics = plant.family(Robots)
     robot = fics.robot(robot_id)
     source = RobotSource(robot, partial(fics.restores.require_none, robot.id))
     return ReadingOrder(f"/robots/{robot.id}", backup.PREAMBLE, [source])
@@ -57,7 +57,7 @@ def check_robot(plant: Plant, robot_id: str, text: str) -> RobotContents:
     :raises NotFound: there is no such robot.
     :raises InvalidText: it has faults, each with its line and column.
     """
-    return backup.parse(plant.family(Fics).robot(robot_id), text)
+    return backup.parse(plant.family(Robots).robot(robot_id), text)
 
 
 def for_robot(plant: Plant, robot_id: str, found: RobotContents) -> ComparisonOrder:
@@ -65,7 +65,7 @@ def for_robot(plant: Plant, robot_id: str, found: RobotContents) -> ComparisonOr
 
     :raises NotFound: there is no such robot.
     """
-    fics = plant.family(Fics)
+    fics = plant.family(Robots)
     robot = fics.robot(robot_id)
     return ComparisonOrder(f"/robots/{robot.id}", fics.restores, [RobotRestore(robot, found)], NO_FLASH)
 
@@ -111,14 +111,14 @@ async def compare_robot(
 
 
 async def _for_robot(plant: Plant, robot_id: str, wanted: RobotComparisonRequest) -> ComparisonOrder:
-    robot = plant.family(Fics).robot(robot_id)
+    robot = plant.family(Robots).robot(robot_id)
     found = await aside(check_robot, plant, robot.id, await text_of(plant, robot.id, wanted))
     return for_robot(plant, robot.id, found.without(wanted.without or ()))
 
 
 def readings(plant: Plant) -> dict[str, ReadingOrder]:
     """Each robot."""
-    return {robot.id: of_robot(plant, robot.id) for robot in plant.family(Fics).robots()}
+    return {robot.id: of_robot(plant, robot.id) for robot in plant.family(Robots).robots()}
 
 
 OF_ANOTHER: Final = ""
@@ -137,7 +137,7 @@ async def signs(plant: Plant, address: str) -> ComparisonOrder:
 
 
 def _of_a_robot(plant: Plant, robot_id: str) -> tuple[Restores[RobotRestore], str]:
-    fics = plant.family(Fics)
+    fics = plant.family(Robots)
     return fics.restores, f"/robots/{fics.robot(robot_id).id}"
 
 

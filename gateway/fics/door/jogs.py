@@ -1,4 +1,4 @@
-"""Jogs of robots, with a dead-man: what moves, moves while somebody says so twice a second."""
+"""Jogs of robots, with a dead-man: an axis moves while heartbeats come twice a second."""
 
 from typing import Final
 

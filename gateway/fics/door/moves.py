@@ -16,9 +16,8 @@ from gateway.door.doing import do
 from gateway.door.moving import Limit
 from gateway.fics.move_record import RobotMove
 from gateway.fics.move_requests import RobotMoveRequest
-from gateway.fics.plans import PlannedRobotMove
+from gateway.fics.plans import PlannedRobotMove, RobotSamples
 from gateway.fics.robot import Robot
-from gateway.fics.samples import RobotSamples
 from gateway.plant import Plant
 from protocols.fics.macros import Arguments, MacroName, RunMacro
 from protocols.fics.notation import Unit

@@ -12,7 +12,7 @@ from gateway.core.records import RequestModel, SentBack, example
 from gateway.core.rights import Right
 from gateway.door.csv_tables import CSV, Row, Table, csv_of, read_table
 from gateway.fics.amounts import Amounts, AxisValue, numbers
-from gateway.fics.names import UnitNumber
+from gateway.fics.axes import UnitNumber
 from gateway.fics.robot import Robot
 from gateway.fics.units import RobotUnit
 from protocols.fics.notation import DECIMALS, LARGEST, PositionNumber, Quantity
@@ -20,7 +20,7 @@ from protocols.fics.positions import LAST_POSITION
 
 ROWS: Final = Rows("robot positions")
 TABLES: Final = Rows("robot positions")
-"""As CSV."""
+"""Rows of the table as CSV."""
 MAX_CSV_BYTES: Final = 262_144
 """A whole table of 1999 positions with eight long coordinates each."""
 NUMBER: Final = "number"
@@ -246,7 +246,7 @@ async def store(
         if expects is not None:
             expects(table_of(unit, held))
 
-    since = await robot.asking.as_expected(
+    since = await robot.conversation.as_expected(
         lambda: read(robot, unit.number, *known), require if expects else None
     )
     here: list[float | None] = []

@@ -12,10 +12,8 @@ from gateway.core.rights import Right
 from gateway.core.targets import Target
 from gateway.core.times import age_ms_of, utc_of
 from gateway.door.caller import sees
-from gateway.fics.axes import Coordinates, at_rest
-from gateway.fics.family import Fics
-from gateway.fics.names import UnitNumber
-from gateway.fics.robot import Robot
+from gateway.fics.axes import Coordinates, UnitNumber, at_rest
+from gateway.fics.robot import Robot, Robots
 from gateway.fics.system_errors import RobotErrorRecord
 from gateway.fics.units import RobotUnit, UnknownReason
 from gateway.plant import Plant
@@ -158,7 +156,7 @@ class RobotErrors(BaseModel):
 @ROWS.get("/robots", any_scope=True)
 async def list_robots(plant: Plant) -> RobotList:
     """List all robots; nothing is sent."""
-    seen = (robot for robot in plant.family(Fics).robots() if sees(plant, robot.id))
+    seen = (robot for robot in plant.family(Robots).robots() if sees(plant, robot.id))
     return RobotList(robots=[_info(robot) for robot in seen])
 
 
@@ -237,7 +235,7 @@ async def change_robot_mode(robot: Robot, wanted: ModeChange) -> RobotInfo:
 @ROWS.post("/robots/{robot_id}/power-cycle/acknowledge", Right.OPERATE)
 async def acknowledge_power_cycle(plant: Plant, robot: Robot) -> RobotInfo:
     """Allow motion again after a loss of power, once the speeds are set: they are at 100 % since then."""
-    robot.power.acknowledge()
+    robot.known.power.acknowledge()
     plant.security.note(entries.POWER_CYCLE_ACKNOWLEDGED, robot.id)
     return _info(robot)
 
@@ -273,7 +271,7 @@ def _errors(robot: Robot) -> RobotErrors:
     return RobotErrors(
         robot_id=robot.id,
         errors=[] if standing is None else [standing],
-        looked_at=robot.errors.looked_at,
+        looked_at=robot.known.error.looked_at,
     )
 
 
@@ -290,8 +288,8 @@ def _info(robot: Robot) -> RobotInfo:
         moving=robot.moving,
         power_cycled=robot.power_cycled,
         error=robot.latched_error,
-        bit_mismatches=list(robot.bits.mismatches.values()),
-        missing_units=sorted(robot.selection.missing),
+        bit_mismatches=list(robot.known.bits.mismatches.values()),
+        missing_units=sorted(robot.known.unit.missing),
         units=[_unit_info(robot, unit) for unit in robot.units],
     )
 
@@ -302,7 +300,7 @@ def _unit_info(robot: Robot, unit: RobotUnit) -> UnitInfo:
         number=unit.number,
         axes=_axes(unit, unit.axes),
         motor_axes=_axes(unit, unit.motor_axes),
-        homed="yes" if robot.power.origins.are_complete(unit) else "unknown",
+        homed="yes" if robot.known.power.origins.are_complete(unit) else "unknown",
         move_id=unit.move.id if unit.move else None,
     )
 

@@ -9,7 +9,7 @@ from gateway.core.targets import Stopped
 from gateway.door import stopping
 from gateway.door.results import StopResult
 from gateway.door.stops import SLOWLY, StopRequest
-from gateway.fics.names import RobotId, UnitNumber
+from gateway.fics.axes import RobotId, UnitNumber
 from gateway.plant import Plant
 
 ROWS: Final = Rows("robots")

@@ -11,10 +11,9 @@ from gateway.core.rights import Right
 from gateway.core.targets import CommandReplies, Target
 from gateway.door.doing import do_text
 from gateway.door.results import StopResult
-from gateway.fics.family import Fics
+from gateway.fics.axes import RobotId
 from gateway.fics.move_record import RobotMove
-from gateway.fics.names import RobotId
-from gateway.fics.robot import Robot
+from gateway.fics.robot import Robot, Robots
 from gateway.plant import Plant
 
 ROWS: Final = Rows("commands")
@@ -65,5 +64,5 @@ async def send_unit_raw(
     keyed: bool,
 ) -> Any:
     """Send a command as text to a unit."""
-    robot = plant.family(Fics).robot(robot_id)
+    robot = plant.family(Robots).robot(robot_id)
     return await send_robot_raw(plant, robot, target, raw, wait=wait, keyed=keyed)

@@ -4,14 +4,16 @@ import asyncio
 from collections.abc import Sequence
 from datetime import UTC, datetime
 from functools import partial
+from math import inf
 
 import pytest
 
-from gateway.core.errors import GatewayError, NoReply
+from gateway.core.errors import GatewayError, NoReply, NotSent
 from gateway.core.events import Event
 from gateway.core.move_record import RESTARTED, Move, MoveStatus
-from gateway.core.move_runs import Beginning, GiveUp, MoveRuns
+from gateway.core.move_runs import Beginning, GiveUp, MoveRuns, until_answered
 from gateway.core.next_calls import LINE_STATE, NextCall
+from gateway.core.silence import Silence
 from gateway.core.verdicts import AtRest, Unbegun, judge
 from tests.gateway.rorze.far_end import virtual
 
@@ -187,3 +189,68 @@ async def test_after_a_restart_a_move_goes_on_unless_it_was_never_written(
     assert runs.resume(motor, move, begun=begun) is (not goes_on.final)
     assert move.status is goes_on
     assert bool(move.evidence)
+
+
+@pytest.mark.parametrize("news", [("queued", "sent", "started"), ("queued", "sent")])
+@virtual
+async def test_a_move_that_was_seen_to_run_is_told_to_have_started_once(news: tuple[str, ...]) -> None:
+    motors, motor = Motors(), Motor()
+    move = await motors.begin(motor)
+    assert not motors.seen_to_move(motor, move), "its command is not on the wire"
+    motors.advance(motor, move, MoveStatus.SENT)
+    seen = [motors.seen_to_move(motor, move) for _ in news[2:] * 2]
+    assert seen == [True, False][: len(seen)]
+    assert motor.news == news
+    assert (move.acknowledged_at is not None) is bool(seen)
+
+
+@pytest.mark.parametrize("refused", [True, False])
+@virtual
+async def test_a_move_that_never_began_was_refused_or_not_written(refused: bool) -> None:
+    motors, motor = Motors(), Motor()
+    move = await motors.begin(motor)
+    motors.unbegun(motor, move, NotSent("The line is down; nothing was sent."), refused=refused)
+    assert move.status is (MoveStatus.REJECTED if refused else MoveStatus.CANCELLED)
+    assert (move.error and move.error.detail) == "The line is down; nothing was sent."
+    assert motor.move is None
+
+
+class Sleeper:
+    """A motor that answers after some questions, or never."""
+
+    def __init__(self, answers_after: float) -> None:
+        self.asked = 0
+        self._answers_after = answers_after
+
+    async def ask(self) -> str:
+        self.asked += 1
+        if self.asked <= self._answers_after:
+            raise NoReply("Nothing came.")
+        return "stands"
+
+
+@virtual
+async def test_the_question_that_follows_a_move_is_repeated_until_it_is_answered() -> None:
+    sleeper, silence = Sleeper(3), Silence(asyncio.get_running_loop().time(), 5.0)
+    answer = await until_answered(sleeper.ask, silence, shows_silence=lambda _: True, pause_s=1.0)
+    assert (answer, sleeper.asked, silence.silent_s) == ("stands", 4, 0.0)
+
+
+@pytest.mark.parametrize("shows_silence", [True, False])
+@virtual
+async def test_after_silence_for_too_long_a_move_is_followed_no_more(shows_silence: bool) -> None:
+    loop = asyncio.get_running_loop()
+    sleeper, silence = Sleeper(inf), Silence(loop.time(), 5.0)
+    answer = await until_answered(sleeper.ask, silence, shows_silence=lambda _: shows_silence, pause_s=1.0)
+    assert answer is None
+    assert silence.too_long
+    assert silence.of_body is shows_silence
+
+
+@virtual
+async def test_a_family_may_give_up_sooner() -> None:
+    sleeper, silence = Sleeper(inf), Silence(asyncio.get_running_loop().time(), 5.0)
+    answer = await until_answered(
+        sleeper.ask, silence, shows_silence=lambda _: True, pause_s=1.0, gives_up=lambda: sleeper.asked == 2
+    )
+    assert (answer, sleeper.asked) == (None, 2)

@@ -40,18 +40,18 @@ def other(machine: object) -> None:
 async def test_a_robot_that_shows_what_is_configured_is_told_to_nobody() -> None:
     async with fics_rig() as rig:
         await homed(rig)
-        assert (rig.robot.bits.mismatches, rig.types("robot.bits")) == ({}, [])
+        assert (rig.robot.known.bits.mismatches, rig.types("robot.bits")) == ({}, [])
 
 
 @in_virtual_time
 async def test_a_robot_with_other_bits_is_told_once() -> None:
     async with fics_rig(prepare=other) as rig:
         await asyncio.sleep(HEALTH_POLL_S)
-        assert rig.robot.bits.mismatches == {}  # it is not homed
+        assert rig.robot.known.bits.mismatches == {}  # it is not homed
         await homed(rig)
         (event,) = rig.events("robot.bits.mismatch")
         assert "axis A shows origin_done off" in event.data["detail"]
-        assert rig.robot.bits.mismatches == {1: event.data["detail"]}
+        assert rig.robot.known.bits.mismatches == {1: event.data["detail"]}
 
 
 @in_virtual_time

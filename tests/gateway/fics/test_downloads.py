@@ -7,8 +7,8 @@ from contextlib import contextmanager, suppress
 import pytest
 
 from gateway.core.errors import GarbledReply, GatewayError
-from gateway.fics.downloads import PART
 from gateway.fics.errors import RobotBusy
+from gateway.fics.units import PART
 from protocols.fics.positions import LAST_POSITION
 from simulator.faults import Direction, Fault, Switch
 from tests.fics_plants import FicsRig, fics_rig

@@ -291,7 +291,7 @@ def test_h17_a_ram_that_vanishes_takes_the_line_down_and_not_the_gateway(
             await asyncio.sleep(REOPENED_S)
             assert it.is_ready()
             assert it.types("robot.stop")[-1] == "robot.stop.confirmed"
-            await it.robot.asking.reset_errors()
+            await it.robot.conversation.reset_errors()
             assert await it.move(DOWN) is MoveStatus.SUCCEEDED
 
     run_virtual(story())

@@ -5,7 +5,8 @@ import asyncio
 import pytest
 
 from gateway.core.move_record import MoveStatus
-from gateway.fics.durations import AxisDuration, longest_s
+from gateway.fics.axes import AxisDuration
+from gateway.fics.plans import longest_s
 from protocols.fics.homing import HomeRobot
 from protocols.fics.moves import MoveAbsolute, MoveRelative
 from protocols.fics.speeds import SetSpeedPercent

@@ -54,7 +54,7 @@ async def test_h01_after_a_power_cycle_nothing_moves_until_somebody_knows_of_it(
             await rig.move(MoveRelative(coordinates=[None, None, 1.0]))
         assert rig.heard("LM") == []
         await rig.robot.ask(SLOW, 1)
-        rig.robot.power.acknowledge()
+        rig.robot.known.power.acknowledge()
         assert (await rig.move(HomeRobot())).status is MoveStatus.SUCCEEDED
 
 
@@ -286,7 +286,7 @@ async def test_h10_a_lost_error_is_never_asked_for_again_but_found_in_the_detail
         rig.touch(lambda fics, now: fics.raise_alarm(system_error(183, 1, 2), now))
         asked = len(rig.heard("ERR"))
         rig.lose_replies()
-        await rig.robot.errors.poll()
+        await rig.robot.conversation.poll_error()
         assert len(rig.heard("ERR")) == asked + 1
         assert rig.robot.latched_error is not None
         assert rig.robot.latched_error.code == "183"

@@ -6,7 +6,7 @@ import pytest
 
 from gateway.core.errors import InvalidRequest
 from gateway.fics.axes import UnitAxes
-from gateway.fics.fit import require_fit
+from gateway.fics.settings import require_fit
 from protocols.fics.homing import SetHomingOffsets, SetHomingTypes
 from protocols.fics.jog import StartJog, StopJog
 from protocols.fics.notation import AxisSystem

@@ -91,7 +91,7 @@ async def test_speeds_that_are_set_again_after_a_loss_of_power_cost_no_wait_of_t
         rig.power_cycle()
         with pytest.raises(PowerCycled):
             await rig.move(HomeRobot())
-        rig.robot.power.acknowledge()
+        rig.robot.known.power.acknowledge()
         book.waits, before = 0, len(rig.cable.written)
         await start(rig, HomeRobot())
         assert book.waits == 1

@@ -343,7 +343,7 @@ async def test_the_axis_of_an_only_unit_is_stopped_without_asking_for_the_unit()
     async with fics_rig() as rig:
         await rig.move(HomeRobot())
         rig.touch(lambda fics, now: fics.execute("JOG", "Z-", now))
-        rig.robot.selection.forget()
+        rig.robot.known.unit.forget()
         await rig.robot.jogs.stop(1, "Z")
         assert rig.fics.job is None
 

@@ -9,7 +9,7 @@ from gateway.core.errors import Expired, GatewayError, QueueFull
 from gateway.core.lanes import QUEUE_LIMIT
 from gateway.core.move_record import LOST_AFTER_S, MoveStatus
 from gateway.core.silence import OUT_OF_REACH_S
-from gateway.fics import move_runs
+from gateway.fics import moves as moves_of_robots
 from gateway.fics.robot import Robot
 from protocols.fics.homing import HomeRobot
 from protocols.fics.macros import RunMacro
@@ -271,7 +271,7 @@ async def test_a_move_that_is_lost_stays_lost() -> None:
         assert move.status is MoveStatus.LOST
         assert move.position is None
         assert rig.types("robot.move.")[-1] == "robot.move.lost"
-        assert rig.robot.motion.command is None
+        assert rig.robot.known.motion.command is None
 
 
 @in_virtual_time
@@ -436,7 +436,7 @@ def test_homing_is_done_where_places_are_known_then(mode: int) -> None:
                 assert (await rig.move(HomeRobot())).status is MoveStatus.SUCCEEDED
             rig.power_cycle()
             await asyncio.sleep(6)
-            rig.robot.power.acknowledge()
+            rig.robot.known.power.acknowledge()
             move = await rig.start(HomeRobot())
             await asyncio.sleep(0.5)
             rig.power_cycle()
@@ -462,7 +462,7 @@ def test_a_macro_of_a_homed_robot_is_done_where_its_axes_still_know_their_places
 async def test_where_a_refusal_might_outlast_the_power_it_proves_nothing() -> None:
     async with fics_rig(mode=2) as rig:
         with pytest.MonkeyPatch.context() as patch:
-            patch.setattr(move_runs, "REFUSAL_SHOWS_POWER", False)
+            patch.setattr(moves_of_robots, "REFUSAL_SHOWS_POWER", False)
             sent = len(rig.cable.written)
             assert (await rig.move(FAR_DOWN)).status is MoveStatus.UNKNOWN
         assert "POF 2" not in rig.cable.frames(sent)

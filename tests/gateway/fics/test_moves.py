@@ -128,7 +128,7 @@ async def test_who_gives_up_waiting_for_the_start_leaves_the_move_followed() -> 
         await asyncio.sleep(30)
         (move,) = rig.plant.robot_moves.of(rig.robot.unit(1))
         assert move.status is MoveStatus.SUCCEEDED
-        assert rig.robot.motion.idle.is_set()
+        assert rig.robot.known.motion.idle.is_set()
 
 
 @in_virtual_time
@@ -162,7 +162,7 @@ def test_what_a_unit_cannot_do_is_refused_before_anything_is_sent(
                 await rig.start(command)
             assert rig.cable.frames(sent) == []
             assert rig.plant.robot_moves.of(rig.robot.unit(1)) == []
-            assert rig.robot.motion.idle.is_set()
+            assert rig.robot.known.motion.idle.is_set()
 
     story()
 

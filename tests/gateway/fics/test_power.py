@@ -30,7 +30,7 @@ async def cycle(rig: FicsRig) -> None:
     rig.power_cycle()
     with pytest.raises(PowerCycled):
         await rig.move(HomeRobot())
-    rig.robot.power.acknowledge()
+    rig.robot.known.power.acknowledge()
 
 
 @pytest.mark.parametrize("units", [1, 2])
@@ -153,7 +153,7 @@ async def test_in_mode_2_full_speed_where_there_was_less_counts_as_a_loss_of_pow
             await rig.move(DOWN)
         assert len(rig.heard("LMI")) == moves
         assert rig.events("robot.power_cycled")[0].data["certain"] is False
-        rig.robot.power.acknowledge()
+        rig.robot.known.power.acknowledge()
         assert (await rig.move(DOWN)).status is MoveStatus.SUCCEEDED
         assert percents(rig) == [10.0, 10.0, 10.0]
 
@@ -182,7 +182,7 @@ async def test_in_mode_2_the_origins_are_looked_at_before_a_motion() -> None:
         with pytest.raises(PowerCycled):
             await rig.move(DOWN)
         assert len(rig.heard("LMI")) == moves
-        rig.robot.power.acknowledge()
+        rig.robot.known.power.acknowledge()
         assert (await rig.move(DOWN)).status is MoveStatus.SUCCEEDED
 
 
@@ -205,7 +205,7 @@ def test_in_mode_2_homing_takes_origins_away_unasked(stopped: bool) -> None:
             again = await rig.start(HomeRobot())
             if stopped:
                 assert (await rig.robot.stop("immediate")).state == "confirmed"
-                await rig.robot.asking.reset_errors()
+                await rig.robot.conversation.reset_errors()
             await rig.plant.robot_moves.wait(again.id, 600)
             await asyncio.sleep(LIMIT_S)
             assert all(motor.homed for motor in rig.fics.units[1].motors) is not stopped
@@ -285,7 +285,7 @@ async def test_h01_on_a_line_that_is_never_quiet_nothing_moves() -> None:
 @in_virtual_time
 async def test_h01_a_copy_of_an_answer_from_before_the_loss_proves_nothing() -> None:
     async with fics_rig() as rig:
-        await rig.robot.motions.see_power()
+        await rig.robot.conversation.see_power()
         rig.cable.copies.append(b"MOD 3\r")  # on its way, and nothing asked later is answered before it
         rig.power_cycle()
         with pytest.raises(PowerCycled):
@@ -338,7 +338,7 @@ def test_a_read_after_a_loss_of_power_does_not_count_as_the_speed_that_was_set(
             with pytest.raises(PowerCycled):
                 await rig.move(DOWN)
             await asyncio.sleep(LIMIT_S)
-            rig.robot.power.acknowledge()
+            rig.robot.known.power.acknowledge()
             await rig.move(HomeRobot())
             assert percents(rig) == [1.0, 1.0, 1.0]
 
@@ -358,7 +358,7 @@ def test_in_mode_2_a_loss_of_power_is_told_once_for_all_units(away_s: float) -> 
             rig.machine.power_on(asyncio.get_running_loop().time())
             await asyncio.sleep(LIMIT_S)
             assert rig.robot.power_cycled
-            rig.robot.power.acknowledge()
+            rig.robot.known.power.acknowledge()
             await rig.robot.unit(2).status()
             assert not rig.robot.power_cycled
             assert rig.types("robot.power_cycled") == ["robot.power_cycled"]

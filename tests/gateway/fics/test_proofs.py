@@ -6,7 +6,7 @@ import pytest
 
 from gateway.core.verdicts import Begun, Place
 from gateway.fics.axes import Places
-from gateway.fics.proofs import PlaceProof
+from gateway.fics.targets import PlaceProof
 from protocols.fics.homing import HomeRobot
 from protocols.fics.macros import RunMacro
 from protocols.fics.moves import MoveRelative

@@ -17,7 +17,7 @@ def test_its_times_are_asked_once_and_learnt_from_every_setting(mode: int) -> No
         async with fics_rig(mode=mode) as rig:
             await asyncio.sleep(30.0)
             assert [rig.cable.frames().count(it) for it in ("VSS", "MSS")] == [1, 1]
-            ramps = rig.robot.motion.ramps
+            ramps = rig.robot.known.motion.ramps
             assert ramps.longest_s == pytest.approx(2 * 0.2), "200 ms, and twice as long for S-curves"
             await rig.robot.ask(SetDecelerationTimes(times_ms=[100, 3000, 200]), 1)
             assert ramps.longest_s == pytest.approx(2 * 3.0)
@@ -39,7 +39,7 @@ async def test_after_a_loss_of_power_they_are_asked_again() -> None:
 @in_virtual_time
 async def test_a_robot_that_was_never_asked_has_no_ramp() -> None:
     async with fics_rig() as rig:
-        rig.robot.motion.ramps.forget()
-        assert rig.robot.motion.ramps.longest_s is None
+        rig.robot.known.motion.ramps.forget()
+        assert rig.robot.known.motion.ramps.longest_s is None
         [unit] = rig.robot.units
-        assert [it.code for it in rig.robot.motion.ramps.unknown_of(unit)] == ["VSS", "MSS"]
+        assert [it.code for it in rig.robot.known.motion.ramps.unknown_of(unit)] == ["VSS", "MSS"]

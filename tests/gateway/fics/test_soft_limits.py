@@ -5,7 +5,7 @@ from typing import Any
 import pytest
 
 from gateway.core.errors import InvalidRequest
-from gateway.fics.soft_limits import uncrossed
+from gateway.fics.settings import uncrossed
 from protocols.fics.motor_axes import SetMotorLowerSoftLimits, SetMotorUpperSoftLimits
 from protocols.fics.row import FicsCommand
 from protocols.fics.soft_limits import SetLowerSoftLimits, SetUpperSoftLimits

@@ -157,7 +157,7 @@ async def test_in_mode_2_a_stop_hears_of_its_refusal_whoever_asks_for_the_error(
         await under_way(rig)
         rig.edit(True)
         stopping = rig.robot.stop("immediate")
-        await asyncio.gather(rig.robot.errors.poll(), stopping)
+        await asyncio.gather(rig.robot.conversation.poll_error(), stopping)
         assert (await stopping).state == "refused"
 
 
@@ -184,7 +184,7 @@ async def test_a_refused_stop_is_never_given_up_and_no_move_begins_before_it_has
         rig.edit(True)
         report = await rig.robot.stop("immediate")
         await asyncio.sleep(2 * HURRY_S)
-        assert (report.state, rig.robot.motion.stopping) == ("refused", True)
+        assert (report.state, rig.robot.known.motion.stopping) == ("refused", True)
         assert rig.types("robot.stop").count("robot.stop.unconfirmed") == 1
         with pytest.raises(RobotBusy, match="not confirmed yet"):
             await rig.move(MoveRelative(coordinates=[None, None, -1.0]))
@@ -194,7 +194,7 @@ async def test_a_refused_stop_is_never_given_up_and_no_move_begins_before_it_has
         rig.edit(False)
         await asyncio.sleep(2.0)
         assert (report.state, report.detail, rig.fics.job) == ("confirmed", None, None)
-        assert not rig.robot.motion.stopping
+        assert not rig.robot.known.motion.stopping
         assert rig.plant.robot_moves.get(move_id).status is MoveStatus.STOPPED
 
 
@@ -207,7 +207,7 @@ async def test_the_dead_man_of_a_jog_outlasts_a_cable_that_is_out_for_minutes() 
         rig.cable.unplug()
         await asyncio.sleep(2 * HURRY_S)
         assert rig.fics.job is not None
-        assert (session.state, session.ends_as, rig.robot.motion.stopping) == ("stopping", "lost", True)
+        assert (session.state, session.ends_as, rig.robot.known.motion.stopping) == ("stopping", "lost", True)
         rig.cable.plugged_in = True
         await asyncio.sleep(10.0)
         assert rig.fics.job is None
@@ -236,7 +236,7 @@ async def test_the_end_of_the_gateway_ends_the_repeating() -> None:
         sent = len(rig.cable.written)
         await asyncio.sleep(HURRY_S)
         assert "AES" not in rig.cable.frames(sent)
-        assert not rig.robot.motion.stopping
+        assert not rig.robot.known.motion.stopping
 
 
 @in_virtual_time
@@ -306,7 +306,7 @@ def test_the_stop_of_a_robot_with_one_unit_is_confirmed_without_a_selection(mode
     async def story() -> None:
         async with fics_rig(mode=mode) as rig:
             rig.cable.lost_command = "UNT"
-            rig.robot.selection.forget()
+            rig.robot.known.unit.forget()
             assert (await rig.robot.stop("immediate")).state == "confirmed"
 
     story()

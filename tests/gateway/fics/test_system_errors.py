@@ -29,14 +29,14 @@ def test_an_error_of_the_system_is_kept_published_and_reset(mode: int) -> None:
     async def story() -> None:
         async with fics_rig(mode=mode) as rig:
             fall_ill(rig)
-            await rig.robot.errors.poll()
+            await rig.robot.conversation.poll_error()
             record = rig.robot.latched_error
             assert record is not None
             assert (record.code, record.kind) == ("183", "fics")
             assert rig.types("robot.error") == ["robot.error"]
             with pytest.raises(ErrorStands):
                 await rig.move(DOWN)
-            await rig.robot.asking.reset_errors()
+            await rig.robot.conversation.reset_errors()
             assert rig.robot.latched_error is None
             assert (await rig.move(DOWN)).status == "succeeded"
 
@@ -56,7 +56,7 @@ async def test_an_error_whose_cause_is_there_stands_after_a_reset() -> None:
         rig.fics.stop_input = True
         await rig.robot.stop("immediate")
         with pytest.raises(ErrorRemains) as remains:
-            await rig.robot.asking.reset_errors()
+            await rig.robot.conversation.reset_errors()
         assert remains.value.moved == "no"
         assert remains.value.detail == (
             "DRT of r1 ended with error 001: The robot is in the state EMERGENCY: its stop input is on, or "
@@ -72,7 +72,7 @@ async def test_a_driver_that_is_silent_after_a_reset_is_named() -> None:
     async with fics_rig(units=2) as rig:
         rig.touch(silence_motor_a)
         with pytest.raises(ErrorRemains, match="The driver of axis A of unit 1 does not answer"):
-            await rig.robot.asking.reset_errors()
+            await rig.robot.conversation.reset_errors()
 
 
 @in_virtual_time
@@ -80,7 +80,7 @@ async def test_a_reset_after_which_the_errors_are_not_told_does_not_say_that_not
     async with fics_rig() as rig:
         rig.cable.lost_answer = "ERR"
         with pytest.raises(NotReadBack, match="errors of r1 were reset, but could not be read back"):
-            await rig.robot.asking.reset_errors()
+            await rig.robot.conversation.reset_errors()
         assert rig.heard("DRT") == ["DRT"]
 
 
@@ -116,7 +116,7 @@ async def test_in_mode_2_units_are_selected_and_read_while_an_error_nobody_knew_
         await rig.robot.unit(1).position()
         fall_ill(rig)
         await rig.robot.unit(2).position()
-        assert rig.robot.selection.unit == rig.fics.host_unit == 2
+        assert rig.robot.known.unit.number == rig.fics.host_unit == 2
         assert rig.types("robot.error") == ["robot.error"]
 
 
@@ -158,9 +158,9 @@ async def test_an_error_reset_at_the_robot_no_longer_stands() -> None:
 async def test_an_error_is_not_told_again_where_the_answer_that_names_it_is_lost() -> None:
     async with fics_rig() as rig:
         fall_ill(rig)
-        await rig.robot.errors.poll()
+        await rig.robot.conversation.poll_error()
         rig.lose_replies()
-        await rig.robot.errors.poll()
+        await rig.robot.conversation.poll_error()
         assert rig.types("robot.error") == ["robot.error"]
 
 
@@ -186,8 +186,8 @@ async def test_in_mode_2_a_refusal_that_the_error_has_hidden_is_not_that_of_its_
     async with fics_rig(mode=2) as rig:
         fall_ill(rig)
         rig.cable._arrive(b"POF 2\r")  # as a fence leaves it: refused with E08, which the error hides
-        await rig.robot.errors.poll()
-        await rig.robot.asking.reset_errors()
+        await rig.robot.conversation.poll_error()
+        await rig.robot.conversation.reset_errors()
         assert rig.robot.latched_error is None
         assert [event.data for event in rig.events("robot.errors.reset")] == [{"by": "gateway"}]
         assert (await rig.move(DOWN)).status == "succeeded"
@@ -197,10 +197,10 @@ async def test_in_mode_2_a_refusal_that_the_error_has_hidden_is_not_that_of_its_
 async def test_in_mode_2_a_reset_that_was_lost_on_its_way_leaves_the_error() -> None:
     async with fics_rig(mode=2) as rig:
         fall_ill(rig)
-        await rig.robot.errors.poll()
+        await rig.robot.conversation.poll_error()
         rig.cable.lost_once = "DRT"
         with pytest.raises(ErrorRemains):
-            await rig.robot.asking.reset_errors()
+            await rig.robot.conversation.reset_errors()
         assert rig.robot.latched_error is not None
 
 
@@ -210,9 +210,9 @@ def test_an_error_is_not_said_to_be_reset_before_the_robot_says_so(mode: int) ->
     async def story() -> None:
         async with fics_rig(mode=mode) as rig:
             fall_ill(rig)
-            await rig.robot.errors.poll()
+            await rig.robot.conversation.poll_error()
             rig.cable.lost_once = "DRT"
-            resetting = asyncio.create_task(rig.robot.asking.reset_errors())
+            resetting = asyncio.create_task(rig.robot.conversation.reset_errors())
             await rig.cable.written_from("DRT")
             if mode == 3:
                 rig.cable._deliver(b"DRT\r")  # a copy of an earlier answer
@@ -229,7 +229,7 @@ async def test_in_mode_2_a_refusal_that_an_error_has_hidden_is_not_that_of_the_n
     async with fics_rig(mode=2) as rig:
         fall_ill(rig)
         rig.cable._arrive(b"POF 2\r")
-        await rig.robot.errors.poll()
+        await rig.robot.conversation.poll_error()
         setting = asyncio.create_task(rig.robot.ask(SetVariable(number=1, value=1.0)))
         await rig.cable.written_from("VAR")
         rig.touch(lambda fics, _: fics.reset())  # at the teaching terminal

@@ -46,7 +46,7 @@ async def test_h11_each_axis_has_its_own_reason() -> None:
         rig.fics.units[1].motors[1].homed = True
         rig.fics.units[1].motors[2].silent = True
         rig.touch(lambda fics, now: fics.raise_alarm(connection_lost(0, "Z"), now))
-        await rig.robot.errors.poll()
+        await rig.robot.conversation.poll_error()
         assert await reasons(rig) == {"Z": "not_known"}
 
 

@@ -82,7 +82,7 @@ def test_looking_changes_neither_the_unit_nor_what_the_terminal_shows(mode: int)
 async def test_a_unit_that_nobody_has_selected_here_is_asked_for_and_looked_at() -> None:
     async with fics_rig(units=2, prepare=lambda machine: setattr(machine.robot, "host_unit", 2)) as rig:
         assert rig.robot.moving is False
-        assert rig.robot.selection.unit == rig.fics.host_unit == 2
+        assert rig.robot.known.unit.number == rig.fics.host_unit == 2
         assert [text for text in rig.cable.frames() if text.startswith("UNT ")] == ["UNT 1", "UNT 2"]
 
 

@@ -287,7 +287,7 @@ async def test_a_robot_is_asked_for_its_unit_again() -> None:
     async with fics_rig(units=2) as it:
         lid = Lid(it.plant)
         await it.robot.unit(2).position()
-        assert it.robot.selection.unit == 2
+        assert it.robot.known.unit.number == 2
         it.touch(lambda fics, _: setattr(fics, "host_unit", 1))  # by somebody else
         lid.close_for()
         sent = len(it.cable.written)

@@ -6,8 +6,8 @@ import pytest
 
 from gateway.core.errors import Expired, StoppedFirst
 from gateway.core.lanes import Lane
+from gateway.fics.conversation import Accepted
 from gateway.fics.errors import ErrorStands, RobotBusy
-from gateway.fics.motions import Accepted
 from protocols.fics.homing import HomeRobot
 from protocols.fics.moves import MoveRelative
 from protocols.fics.row import FicsCommand
@@ -20,7 +20,7 @@ DOWN = MoveRelative(coordinates=[None, None, -5.0])
 
 
 async def begin(rig: FicsRig, command: FicsCommand[Ack], within_s: float = 5.0) -> Accepted:
-    motions = rig.robot.motions
+    motions = rig.robot.conversation
     return await motions.begin(
         command,
         rig.robot.unit(1),
@@ -36,10 +36,10 @@ async def test_the_unit_and_the_mode_are_asked_for_right_before_a_motion() -> No
         sent = len(rig.cable.written)
         accepted = await begin(rig, HomeRobot())
         assert rig.cable.frames(sent)[-3:] == ["UNT", "MOD", "ORG"]
-        assert rig.robot.motion.command == HomeRobot()
+        assert rig.robot.known.motion.command == HomeRobot()
         await accepted.outcome
-        rig.robot.motions.end(accepted)
-        assert rig.robot.motion.command is None
+        rig.robot.conversation.end(accepted)
+        assert rig.robot.known.motion.command is None
 
 
 @in_virtual_time
@@ -62,13 +62,13 @@ async def test_an_error_that_stands_and_a_motion_under_way_forbid_the_next() -> 
     async with fics_rig() as rig:
         accepted = await begin(rig, HomeRobot())
         with pytest.raises(RobotBusy, match="ORG of r1 is under way; LMI was not sent"):
-            rig.robot.motions.require_fit(DOWN)
+            rig.robot.known.require_fit(DOWN)
         await accepted.outcome
-        rig.robot.motions.end(accepted)
+        rig.robot.conversation.end(accepted)
         rig.touch(lambda fics, now: fics.raise_alarm(driver_error(1, "A", 3), now))
-        await rig.robot.errors.poll()
+        await rig.robot.conversation.poll_error()
         with pytest.raises(ErrorStands, match="LMI was not sent"):
-            rig.robot.motions.require_fit(DOWN)
+            rig.robot.known.require_fit(DOWN)
 
 
 @in_virtual_time
@@ -76,6 +76,6 @@ async def test_a_motion_that_ends_without_its_answer_is_fenced() -> None:
     async with fics_rig() as rig:
         accepted = await begin(rig, HomeRobot())
         fences = rig.robot.line.counters["fences"]
-        rig.robot.motions.end(accepted)
+        rig.robot.conversation.end(accepted)
         await rig.robot.unit(1).status()
         assert rig.robot.line.counters["fences"] == fences + 1

@@ -5,8 +5,8 @@ import asyncio
 import pytest
 
 from gateway.core.errors import NoReply
+from gateway.fics.agreement import query_of, same_number, tells
 from gateway.fics.errors import NotDone, NotReadBack
-from gateway.fics.read_back import query_of, same_number, tells
 from protocols.fics.alarms import ResetErrors
 from protocols.fics.commands import ROWS, Row, of_the_robot, read
 from protocols.fics.inputs_outputs import ChannelBits, SwitchOutput
@@ -106,7 +106,9 @@ async def test_what_was_not_done_is_not_remembered_as_if_it_were() -> None:
         with pytest.raises(NotDone):
             await rig.robot.ask(HALF, 1)
         proof = rig.robot.line.begin_proof()
-        await rig.robot.power.see_kept(DOWN, rig.robot.unit(1), proof)  # finds no loss of power in it
+        needs = rig.robot.known.power.kept(DOWN, rig.robot.unit(1), proof)
+        async with rig.robot.line.sequence_lock.held():
+            await rig.robot.conversation.prepare(needs)  # finds no loss of power in it
         assert not rig.robot.power_cycled
 
 

@@ -25,7 +25,7 @@ async def test_h02_a_selection_whose_answer_is_lost_counts_if_the_robot_says_so_
         await rig.robot.unit(1).position()
         rig.lose_replies()
         assert await rig.robot.unit(2).position() == {"X": None, "Y": None, "Z": None}
-        assert rig.robot.selection.unit == rig.fics.host_unit == 2
+        assert rig.robot.known.unit.number == rig.fics.host_unit == 2
 
 
 @in_virtual_time
@@ -107,7 +107,7 @@ def test_a_robot_with_one_unit_is_read_without_a_selection(
     async def story() -> None:
         async with fics_rig(mode=mode) as rig:
             rig.touch(lambda fics, _: setattr(fics, state, value))
-            rig.robot.selection.forget()
+            rig.robot.known.unit.forget()
             sent = len(rig.cable.written)
             assert await rig.robot.unit(1).status()
             assert await rig.robot.unit(1).position()
@@ -167,10 +167,10 @@ def test_a_unit_that_the_robot_does_not_have_is_told_at_the_set_up(mode: int) ->
     async def story() -> None:
         async with fics_rig(units=2, there=1, mode=mode) as rig:
             assert [event.data for event in rig.events("robot.unit")] == [{"unit": 2}]
-            assert rig.robot.selection.missing == {2}
+            assert rig.robot.known.unit.missing == {2}
             (alarm,) = [it for it in rig.plant.alarms.standing() if it.cause == "robot.unit.missing"]
             assert alarm.en.happened == "r1 has no unit 2, which the configuration names."
-            assert rig.robot.selection.unit == rig.fics.host_unit == 1
+            assert rig.robot.known.unit.number == rig.fics.host_unit == 1
             with pytest.raises(UnitMissing, match="r1 says that it has no unit 2") as missing:
                 await rig.robot.unit(2).status()
             assert "out of the configuration" in missing.value.remedy
@@ -209,7 +209,7 @@ async def test_a_selection_that_another_number_was_made_of_on_its_way_is_said_ag
         rig.cable.after(2, rig.cable.damaged.clear)
         await rig.robot.unit(2).position()
         assert "UNT 8" in rig.heard("UNT")
-        assert rig.robot.selection.missing == set()
+        assert rig.robot.known.unit.missing == set()
         assert rig.types("robot.unit") == []
 
 

@@ -147,7 +147,7 @@ async def test_an_error_nobody_waits_for_any_more_is_not_asked_for() -> None:
         await asyncio.sleep(0.6)
         setting.cancel()  # the floor is free, and the line still fenced
         asked = len(rig.heard("ERR"))
-        asking = asyncio.create_task(rig.robot.errors.take())
+        asking = asyncio.create_task(rig.robot.conversation.take_error())
         await asyncio.sleep(0.01)
         asking.cancel()
         rig.cable.lost_answer = ""

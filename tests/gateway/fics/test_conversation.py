@@ -7,8 +7,8 @@ import pytest
 
 from gateway.core.errors import Expired, NoReply
 from gateway.core.lanes import Lane
-from gateway.fics.asking import TURN_WITHIN_S
-from gateway.fics.selection import UNIT_HOLDS_S
+from gateway.fics.conversation import TURN_WITHIN_S
+from gateway.fics.knowledge import UNIT_HOLDS_S
 from gateway.fics.watch import HEALTH_POLL_S
 from protocols.fics.alarms import TakeCurrentError
 from protocols.fics.inputs_outputs import SwitchOutput
@@ -85,7 +85,7 @@ async def test_an_only_unit_is_not_asked_for() -> None:
 @in_virtual_time
 async def test_a_unit_whose_number_nobody_knows_is_asked_for_before_it_is_changed() -> None:
     async with fics_rig(units=2) as rig:
-        rig.robot.selection.forget()
+        rig.robot.known.unit.forget()
         await asyncio.sleep(COPIES_PAST_S)
         sent = len(rig.cable.written)
         await rig.robot.unit(1).position()
@@ -150,8 +150,8 @@ async def test_answers_are_told_with_the_moment_they_came() -> None:
     async with fics_rig(baud=9600) as rig:
         loop, unit = asyncio.get_running_loop(), rig.robot.unit(1)
         asked_at = loop.time()
-        first = asyncio.create_task(rig.robot.asking.ask(GetMotorPosition(), 1))
-        second = asyncio.create_task(rig.robot.asking.ask(GetMotorPosition(), 1))
+        first = asyncio.create_task(rig.robot.conversation.ask(GetMotorPosition(), 1))
+        second = asyncio.create_task(rig.robot.conversation.ask(GetMotorPosition(), 1))
         told = await first
         assert asked_at < told.at <= loop.time()
         assert await second == told
