@@ -38,7 +38,7 @@ CLOCK_S = 0.001
 
 
 class StopNews(Enum):
-    """An event for a stop."""
+    """News of a stop."""
 
     WRITTEN = "it is on the wire"
     NOT_SENT = "it cannot be put on the wire"
@@ -49,7 +49,7 @@ class StopNews(Enum):
 
 
 class StopAction(Enum):
-    """The reaction to it."""
+    """Reaction to news of a stop."""
 
     NONE = ""
     RAMP = "its ramp begins"
@@ -68,7 +68,7 @@ def _row(state: StopState, **steps: StopStep) -> Mapping[StopNews, StopStep]:
         StopNews.REFUSED: StopStep("refused", StopAction.NONE),
         StopNews.NOT_REFUSED: StopStep(state, StopAction.NONE),
         StopNews.PROVED: StopStep("confirmed", StopAction.TELL),
-        **{StopNews[it]: steps[it] for it in steps},
+        **{StopNews[name]: steps[name] for name in steps},
     }
 
 
@@ -87,7 +87,7 @@ TABLE: Final[Mapping[StopState, Mapping[StopNews, StopStep]]] = {
 
 
 class HardwareCall(Enum):
-    """The call of people to the hardware stop."""
+    """State of the call for the hardware stop."""
 
     NOT_YET = "not called for"
     AMID_PROOF = "called for, amid a proof"
@@ -96,7 +96,7 @@ class HardwareCall(Enum):
 
 
 class CallNews(Enum):
-    """An event for that call."""
+    """News of the call for the hardware stop."""
 
     LATE = "no standstill in time"
     UNPROVED = "the proof under way fails"
@@ -104,7 +104,7 @@ class CallNews(Enum):
 
 
 class CallAction(Enum):
-    """The reaction to it."""
+    """Reaction to news of the call."""
 
     NONE = ""
     CALL = "tell stop.unconfirmed"
