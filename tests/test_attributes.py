@@ -13,13 +13,8 @@ PACKAGES: Final = ("gateway", "api", "app", "protocols")
 MOST: Final = 15
 ABOVE: Final = {
     "Exchange",
-    "Journal",
-    "LineDriver",
     "Plant",
-    "PortLoop",
     "Robot",
-    "SecurityLog",
-    "Session",
 }
 """Classes that are yet to be divided: one that is not above any more goes from this list."""
 

@@ -13,7 +13,7 @@ from gateway.core.drawn import Transition
 from gateway.core.errors import GatewayError, NotSent
 from gateway.core.origin import working
 from gateway.core.records import Record
-from gateway.core.supervisor import do_each, insist, insist_after, supervised
+from gateway.core.supervisor import do_each, insist, insist_after, supervised, twice
 from gateway.core.waiting import happens
 from gateway.texts import Text, text
 
@@ -417,6 +417,10 @@ K = TypeVar("K")
 S = TypeVar("S", bound=Stopping)
 
 
+StopPlan = tuple[Sequence[Callable[[], object]], Sequence[K]]
+"""The deeds that begin stops, and the keys of all that are under way then."""
+
+
 class StopsUnderWay(Generic[K, S]):
     """Stops of one kind of controllers, until each is confirmed and the moves it has ended are recorded."""
 
@@ -438,6 +442,16 @@ class StopsUnderWay(Generic[K, S]):
         """Wait until the move that it has ended is recorded; no other may begin before."""
 
     # their life
+
+    def _begun(self, plan: Callable[[], StopPlan[K]]) -> list[S]:
+        """Begin the stops of a plan, each deed for itself; after a fault the plan is made and done again."""
+
+        def stops() -> list[S]:
+            deeds, keys = plan()
+            do_each("a stop", *deeds).or_raise()
+            return [self._running[key] for key in keys]
+
+        return twice("a stop", stops)
 
     def _begin(self, key: K, stop: S, what: str, *others: Callable[[], object]) -> None:
         """Begin a stop, and do what `others` are to do with it; its task repeats it."""
