@@ -34,7 +34,7 @@ from gateway.core.journal.opening import OpenedJournal
 from gateway.core.kept_works import DurableJobs
 from gateway.core.lease_tokens import LeaseTokens
 from gateway.core.leases import End, Lease, Leases, Tokens
-from gateway.core.line import Owner
+from gateway.core.line import LineOwnership
 from gateway.core.loop_watch import SUSPENDED_S, LoopWatch
 from gateway.core.move_log import MoveLog
 from gateway.core.move_record import MoveRecord
@@ -166,7 +166,7 @@ class Plant:
         built = self.families[line.protocol].add(line, port)
         built.admission = self.admission
         built.recorder = self.recorders[built.id]
-        built.owner = Owner(
+        built.owner = LineOwnership(
             partial(self.ownership.stands_by, line.id),
             partial(self.ownership.elsewhere, line.id),
             partial(self._port_lost, line.id),
@@ -253,13 +253,15 @@ class Plant:
             wanted = {line.id: line for line in config.lines}
             found = changes(self.config, config)
             served = self.config.model_copy(update={"lines": config.lines, **config.made()})
-            do_each(what, *(partial(self._ports[it].retire, CONFIGURED_ANEW) for it in gone))  # closed next
+            do_each(
+                what, *(partial(self._ports[line_id].retire, CONFIGURED_ANEW) for line_id in gone)
+            )  # closed next
             for line_id in gone:
                 await self._remove(line_id)
             self.config = served
             try:
                 do_each(
-                    what, *(partial(self._add, wanted[it]) for it in wanted.keys() - self._ports)
+                    what, *(partial(self._add, wanted[line_id]) for line_id in wanted.keys() - self._ports)
                 ).or_raise()
             finally:  # a fault at one line keeps no other from being served, and it can be loaded again
                 for line_id in (it for it in wanted if it in self._ports):
@@ -315,7 +317,7 @@ class Plant:
             f"the end of line {line_id}",
             partial(self._unwatch, line_id),
             partial(family.remove, line),
-            *(partial(it.forget, line) for it in self.extensions),
+            *(partial(extension.forget, line) for extension in self.extensions),
             partial(asyncio.to_thread, self.recorders.pop(line_id).close),
         )
         del self._ports[line_id]
@@ -345,8 +347,8 @@ class Plant:
             *(work.close for work in works),
             self._stop_looking,
             *unwatching,
-            *(it.close for it in self.registered),
-            *(partial(asyncio.to_thread, it.close) for it in self.recorders.values()),
+            *(family.close for family in self.registered),
+            *(partial(asyncio.to_thread, recorder.close) for recorder in self.recorders.values()),
             self.security.close,
         )
         if self._memory is not None:
@@ -447,8 +449,10 @@ class Plant:
         do_each(what, partial(self.events.publish, "gateway.loop.held", SUBJECT, told))
         if not suspended:
             return
-        forgetting = (deed for it in self._ports.values() for deed in (partial(it.revoke, HeldUp), it.fence))
-        stopping = (it.was_left_alone for it in self.families.values())
+        forgetting = (
+            deed for port in self._ports.values() for deed in (partial(port.revoke, HeldUp), port.fence)
+        )
+        stopping = (family.was_left_alone for family in self.families.values())
         insist(what, self.leases.expire, *forgetting, *stopping)
 
     def _tell_lease_taken(self, subject: str, lease: Lease) -> None:
@@ -468,7 +472,10 @@ class Plant:
         """Stop what would never end without the holder of a lease; moves go on to their ends."""
         what = f"the end of {lease.lease}"
         with acting(Origin(f"gateway: {what}")):
-            ends = (partial(it.end_motion, everything=False, within=parts) for it in self.families.values())
+            ends = (
+                partial(family.end_motion, everything=False, within=parts)
+                for family in self.families.values()
+            )
             insist(what, *ends)
 
     def _recordings(self) -> Recordings:

@@ -110,11 +110,11 @@ class Controllers(Family, Generic[C]):
 
     def was_left_alone(self) -> None:
         """Stop what jogs: its heartbeats are too old."""
-        do_each(_END, *(partial(it.jogs.end_all, JogNews.MISSED) for it in self.every())).or_raise()
+        do_each(_END, *(partial(each.jogs.end_all, JogNews.MISSED) for each in self.every())).or_raise()
 
     def stop_all(self, mode: StopMode) -> Awaitable[Stopped]:
         """Stop all."""
-        stopping = (partial(it.stops.stop, mode) for it in self.every() if not it.line.is_elsewhere())
+        stopping = (partial(each.stops.stop, mode) for each in self.every() if not each.line.is_elsewhere())
         return stopped(self.collections[0], asyncio.gather(*do_each("a stop", *stopping).or_raise()))
 
     def end_motion(
@@ -122,9 +122,9 @@ class Controllers(Family, Generic[C]):
     ) -> list["asyncio.Task[Any]"]:
         """Stop what jogs, or everything that moves."""
         meant = [it for it in self.every() if is_within(it.line.id, it.id, within)]
-        insist(_END, *(partial(it.jogs.end_all, JogNews.CLOSING) for it in meant))
-        moving = [it for it in meant if everything and all(do_each(_END, partial(_moves, it)))]
-        return do_each(_END, *(partial(it.stops.stop, "decelerate") for it in moving)).or_raise()
+        insist(_END, *(partial(each.jogs.end_all, JogNews.CLOSING) for each in meant))
+        moving = [each for each in meant if everything and all(do_each(_END, partial(_moves, each)))]
+        return do_each(_END, *(partial(each.stops.stop, "decelerate") for each in moving)).or_raise()
 
     async def at_rest(self) -> None:
         """Wait for stops, and for refusals of moves."""

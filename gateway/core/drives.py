@@ -39,10 +39,11 @@ from gateway.core.stops import (
     BilingualReport,
     StopMode,
     Stopping,
+    StopPlan,
     StopState,
     StopsUnderWay,
 )
-from gateway.core.supervisor import do_each, do_in_turn, twice
+from gateway.core.supervisor import do_in_turn
 from gateway.core.targets import BegunMoves, CommandReplies, Opened, Stopped, Target, stopped
 from gateway.core.verdicts import (
     MOTOR,
@@ -306,19 +307,17 @@ class DriveStops(StopsUnderWay[StopMode, _DriveStop]):
 
     def stop(self, mode: StopMode) -> "asyncio.Task[DriveStopReport]":
         """Stop it; the report comes when it stands still, or after two seconds with what is known then."""
-        stop = twice("a stop", self._stop, mode)
+        [stop] = self._begun(partial(self._plan, mode))
         return asyncio.create_task(self._report(stop), name="stop report")
 
-    def _stop(self, mode: StopMode) -> _DriveStop:
-        drive, stop = self._drive, self._running.get(mode) or _DriveStop(self._drive, mode)
-        begin = partial(self._begin, mode, stop, f"the stop of {drive.id}")
-        deeds: list[Callable[[], None]] = [
-            partial(drive.line.forbid, {TARGET}),
-            partial(drive.jogs.take_all, JogNews.STOP),
-            stop.submit if mode in self._running else begin,
-        ]
-        do_each("a stop", *deeds).or_raise()
-        return stop
+    def _plan(self, mode: StopMode) -> StopPlan[StopMode]:
+        drive, running = self._drive, self._running.get(mode)
+        begin = partial(self._begin_new, mode) if running is None else running.submit
+        forbid, end_jogs = partial(drive.line.forbid, {TARGET}), partial(drive.jogs.take_all, JogNews.STOP)
+        return (forbid, end_jogs, begin), (mode,)
+
+    def _begin_new(self, mode: StopMode) -> None:
+        self._begin(mode, _DriveStop(self._drive, mode), f"the stop of {self._drive.id}")
 
     async def _report(self, stop: _DriveStop) -> DriveStopReport:
         await asyncio.wait({self._tasks[stop]}, timeout=CONFIRM_WITHIN_S)

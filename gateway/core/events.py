@@ -433,7 +433,7 @@ class EventHub:
         self.take_snapshot: Callable[[Filter, str], Data] | None = None
         """Tells of what is wanted how it is now, with the cursor of the newest event."""
         self.listeners = Observers[[Event]](lambda event: f"event {event.type}")
-        """Functions called with each event, in this order, before any client reads it."""
+        """Called with each event, in this order, before a client reads it."""
 
     def resume(
         self, epoch: str, earlier: Mapping[str, int], last: int, events: Sequence[tuple[str, str, str]]

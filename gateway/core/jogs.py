@@ -330,14 +330,14 @@ class Jogs(ABC, Generic[J, T]):
 
     def end_all(self, news: Literal[JogNews.MISSED, JogNews.CLOSING]) -> None:
         """Stop every motor that jogs: no heartbeat counts any more."""
-        self._take_each([it for it in self._sessions.values() if it.jogs], news).or_raise()
+        self._take_each([session for session in self._sessions.values() if session.jogs], news).or_raise()
 
     def take_all(self, news: JogNews) -> None:
         """Something has happened to all of them; a fault at one keeps none of the others from it."""
         self._take_each(self._sessions.values(), news)
 
     def _take_each(self, sessions: Iterable[Jogging[J, T]], news: JogNews) -> Outcomes[None]:
-        return do_each(_WHAT, *(partial(self._take, it, news) for it in sessions))
+        return do_each(_WHAT, *(partial(self._take, session, news) for session in sessions))
 
     @property
     def is_under_way(self) -> bool:

@@ -76,8 +76,8 @@ class FrameReader(Protocol[W_co]):
 
 
 @dataclass(slots=True)
-class Owner:
-    """The gateway that has a line, as its ownership tells."""
+class LineOwnership:
+    """Which gateway has a line, as its ownership tells."""
 
     stands_by: Callable[[], str | None] = lambda: None
     """Called before each opening: why another gateway has the line; None where this one does."""
@@ -88,7 +88,7 @@ class Owner:
 
 
 @dataclass(slots=True)
-class Wire:
+class PortPace:
     """When a frame may be written, in the event loop's time."""
 
     free_at: float = 0.0
@@ -98,12 +98,12 @@ class Wire:
     stuck_since: float | None = None
     """Time since which the port takes no bytes."""
     held_s: float = 0.0
-    """Seconds for which the event loop had been held at the last look."""
+    """Seconds for which the event loop had been held when that was seen last."""
     all_answered: bool = False
     """True if every frame was answered: none of them can wait in the port."""
 
 
-class Timer:
+class EarliestTimer:
     """One timer, at the earliest moment that anything is due."""
 
     __slots__ = ("_handle", "_ring", "due_at")
@@ -142,12 +142,12 @@ class PortLoop(ABC):
         self.on_change: Callable[[str, dict[str, object]], None] = lambda _what, _facts: None
         self.on_work: Callable[[], None] = lambda: None
         """Called at every write and every attempt to open; feeds the watchdog."""
-        self.owner = Owner()
+        self.owner = LineOwnership()
         self._life = PortLife()
         self.byte_time_s = transport.byte_time_s
         """Seconds one byte takes on the wire; 0.0 where that does not pace the gateway."""
-        self._wire = Wire()
-        self._timer = Timer(self._wake)
+        self._wire = PortPace()
+        self._timer = EarliestTimer(self._wake)
         self._attention = asyncio.Event()
         """Set while a set-up is due, and when the port was lost."""
         self._tasks: list[asyncio.Task[None]] = []
@@ -473,7 +473,7 @@ class LineDriver(PortLoop, Generic[X, W, F]):
         """Journal of intents, in which frames with an effect are written down first; None without one."""
         self._promised: dict[asyncio.Future[Any], X] = {}
         """Exchanges by the future of a waiter."""
-        self._expiry = Timer(self._expire)
+        self._expiry = EarliestTimer(self._expire)
         self.turnaround_s = 0.0
         """Mean time from a frame to its reply of late, without the bytes of the reply, in seconds."""
         self._heard_bytes = 0

@@ -34,7 +34,7 @@ class PortState(Enum):
 
 
 class PortNews(Enum):
-    """An event at a port."""
+    """News of a port."""
 
     OPENED = "the port is open"
     SET_UP = "a set-up begins"
@@ -48,7 +48,7 @@ class PortNews(Enum):
 
 
 class PortAction(Enum):
-    """The reaction to it."""
+    """Reaction to news of a port."""
 
     NONE = ""
     TELL_UP = "tell line.up"
@@ -82,7 +82,7 @@ _TOLD: Final = {
 def _closed(state: PortState, **steps: PortState) -> Mapping[PortNews, PortStep]:
     """The row of a port that is not open: nothing can be heard on it."""
     stays = dict.fromkeys(PortNews, PortStep(state, PortAction.NONE))
-    return stays | {PortNews[it]: PortStep(steps[it], PortAction.NONE) for it in steps}
+    return stays | {PortNews[name]: PortStep(steps[name], PortAction.NONE) for name in steps}
 
 
 def _open(
@@ -138,7 +138,7 @@ class PortLife:
         self.state = PortState.DOWN
         self.is_open = self.is_set_up = False
         self.why = "not opened yet"
-        """Why the port is closed, or no controller answers; the last reason if neither is so."""
+        """Last reason for which the port was closed or no controller answered."""
 
     def take(self, news: PortNews, why: str | None = None) -> PortAction:
         """Go on to the next state, and give what is to be done; the reason of an end stays."""
@@ -156,7 +156,7 @@ class PortLife:
 
     @property
     def trouble(self) -> str | None:
-        """Reason for which the port is closed, or no controller answers; None if neither is so."""
+        """Reason for which the port is closed or no controller answers; None if neither is so."""
         return self.why if self.state in _TROUBLED else None
 
     @property

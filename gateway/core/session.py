@@ -69,7 +69,7 @@ class OnWire(list[X], Generic[X]):
         self.first: X | None = None
         """The one for which all but stops have to wait."""
         self.written = 0
-        """Number of frames that were written."""
+        """Count of the frames written."""
         self.all_answered = False
         """True when the reply to the last frame has come, where every frame has one."""
 

@@ -1,6 +1,6 @@
 """The states of a port, of a stop and of the journal's disk, drawn as one page.
 
-`python -m gateway.core.states > docs/states.md` draws it.
+`python -m gateway.core.states > docs/states.md` draws table.
 """
 
 from collections.abc import Mapping
@@ -18,7 +18,7 @@ class StateTable(NamedTuple):
     title: str
     text: str
     news: type[Enum]
-    table: Mapping[Any, Mapping[Any, Any]]
+    steps: Mapping[Any, Mapping[Any, Any]]
 
 
 TABLES: Final = (
@@ -63,8 +63,8 @@ def drawing() -> str:
     )
     tables = (
         line
-        for it in TABLES
-        for line in (f"## {it.title}", "", it.text, "", *table_of(it.news, it.table), "")
+        for table in TABLES
+        for line in (f"## {table.title}", "", table.text, "", *table_of(table.news, table.steps), "")
     )
     return "\n".join([*head, *tables])
 

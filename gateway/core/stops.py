@@ -13,7 +13,7 @@ from gateway.core.drawn import Transition
 from gateway.core.errors import GatewayError, NotSent
 from gateway.core.origin import working
 from gateway.core.records import Record
-from gateway.core.supervisor import do_each, insist, insist_after, supervised
+from gateway.core.supervisor import do_each, insist, insist_after, supervised, twice
 from gateway.core.waiting import happens
 from gateway.texts import Text, text
 
@@ -38,7 +38,7 @@ CLOCK_S = 0.001
 
 
 class StopNews(Enum):
-    """An event for a stop."""
+    """News of a stop."""
 
     WRITTEN = "it is on the wire"
     NOT_SENT = "it cannot be put on the wire"
@@ -49,7 +49,7 @@ class StopNews(Enum):
 
 
 class StopAction(Enum):
-    """The reaction to it."""
+    """Reaction to news of a stop."""
 
     NONE = ""
     RAMP = "its ramp begins"
@@ -68,7 +68,7 @@ def _row(state: StopState, **steps: StopStep) -> Mapping[StopNews, StopStep]:
         StopNews.REFUSED: StopStep("refused", StopAction.NONE),
         StopNews.NOT_REFUSED: StopStep(state, StopAction.NONE),
         StopNews.PROVED: StopStep("confirmed", StopAction.TELL),
-        **{StopNews[it]: steps[it] for it in steps},
+        **{StopNews[name]: steps[name] for name in steps},
     }
 
 
@@ -87,7 +87,7 @@ TABLE: Final[Mapping[StopState, Mapping[StopNews, StopStep]]] = {
 
 
 class HardwareCall(Enum):
-    """The call of people to the hardware stop."""
+    """State of the call for the hardware stop."""
 
     NOT_YET = "not called for"
     AMID_PROOF = "called for, amid a proof"
@@ -96,7 +96,7 @@ class HardwareCall(Enum):
 
 
 class CallNews(Enum):
-    """An event for that call."""
+    """News of the call for the hardware stop."""
 
     LATE = "no standstill in time"
     UNPROVED = "the proof under way fails"
@@ -104,7 +104,7 @@ class CallNews(Enum):
 
 
 class CallAction(Enum):
-    """The reaction to it."""
+    """Reaction to news of the call."""
 
     NONE = ""
     CALL = "tell stop.unconfirmed"
@@ -417,6 +417,10 @@ K = TypeVar("K")
 S = TypeVar("S", bound=Stopping)
 
 
+StopPlan = tuple[Sequence[Callable[[], object]], Sequence[K]]
+"""The deeds that begin stops, and the keys of all that are under way then."""
+
+
 class StopsUnderWay(Generic[K, S]):
     """Stops of one kind of controllers, until each is confirmed and the moves it has ended are recorded."""
 
@@ -438,6 +442,16 @@ class StopsUnderWay(Generic[K, S]):
         """Wait until the move that it has ended is recorded; no other may begin before."""
 
     # their life
+
+    def _begun(self, plan: Callable[[], StopPlan[K]]) -> list[S]:
+        """Begin the stops of a plan, each deed for itself; after a fault the plan is made and done again."""
+
+        def stops() -> list[S]:
+            deeds, keys = plan()
+            do_each("a stop", *deeds).or_raise()
+            return [self._running[key] for key in keys]
+
+        return twice("a stop", stops)
 
     def _begin(self, key: K, stop: S, what: str, *others: Callable[[], object]) -> None:
         """Begin a stop, and do what `others` are to do with it; its task repeats it."""

@@ -112,6 +112,10 @@ class Outcomes(list[T]):
     fault: Exception | None = None
     """The first fault of those that did."""
 
+    def first(self, otherwise: T) -> T:
+        """Give the first result; after a fault that of a cautious answer."""
+        return self[0] if self else otherwise
+
     def or_raise(self) -> "Outcomes[T]":
         """Pass the first fault on."""
         if self.fault is not None:

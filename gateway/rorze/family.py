@@ -31,13 +31,13 @@ from gateway.core.move_log import MoveLog
 from gateway.core.move_record import RESTARTED, Move, MoveStatus
 from gateway.core.operation import DocumentSection, RouteWords
 from gateway.core.origin import RESTART, acting
-from gateway.core.own_faults import ask_safely, await_each_logging, run_each_logging
 from gateway.core.parts import Part
 from gateway.core.restore_record import Restore
 from gateway.core.restores import Restores
 from gateway.core.sampler import Sampler
 from gateway.core.spelling import numbered_address
 from gateway.core.stops import StopMode
+from gateway.core.supervisor import do_each, do_in_turn
 from gateway.core.targets import Stopped, Target, stopped
 from gateway.rorze import (
     captures,
@@ -545,7 +545,7 @@ class Rorze(Family):
 
     def _publish_move(self, kind: str, body: Body, move: Move) -> Event:
         event = self.site.events.publish(kind, f"/bodies/{body.address}", move, correlation=move.id)
-        run_each_logging("the news of a move", *(partial(it.advanced, body, move) for it in self.listeners))
+        do_each("the news of a move", *(partial(it.advanced, body, move) for it in self.listeners))
         return event
 
     def _publish_jog(self, what: str, body: Body, jog: BodyJog) -> None:
@@ -643,7 +643,9 @@ class Rorze(Family):
         meant = (body for body in self.bodies() if is_within(body.line.id, body.address, within))
         must_end = partial(self._must_end, everything=everything)
         bodies = [
-            it for it in meant if ask_safely("the end of motion", partial(must_end, it), otherwise=True)
+            body
+            for body in meant
+            if do_each("the end of motion", partial(must_end, body)).first(otherwise=True)
         ]
         return [self.stops.stop(bodies, "decelerate")] if bodies else []
 
@@ -676,16 +678,14 @@ class Rorze(Family):
     async def let_go(self) -> None:
         """Give the waiters for moves what is known now."""
         what, works = "the end of long work", self.works().values()
-        await await_each_logging(
-            what, self.scans.close, self.position_readings.close, *(it.close for it in works)
-        )
-        run_each_logging(what, self.moves.let_go)
+        closing = self.scans.close, self.position_readings.close, *(work.close for work in works)
+        await do_in_turn(what, *closing, self.moves.let_go)
 
     async def close(self) -> None:
         """End all work and close the lines."""
         lines = (line.close for line in self.lines.values())
         work = self.scans.close, self.moves.close
-        await await_each_logging("the end of all lines", self.jogs.close, self.stops.close, *lines, *work)
+        await do_in_turn("the end of all lines", self.jogs.close, self.stops.close, *lines, *work)
 
 
 T = TypeVar("T", Body, Group)

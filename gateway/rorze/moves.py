@@ -25,7 +25,7 @@ from gateway.core.move_record import RESTARTED, START_WITHIN_S, Move, MoveKind, 
 from gateway.core.move_runs import Beginning, MoveRuns, guarded
 from gateway.core.next_calls import NextCall
 from gateway.core.origin import working
-from gateway.core.own_faults import run_each_logging
+from gateway.core.supervisor import do_each
 from gateway.core.trajectories import Trajectories
 from gateway.core.verdicts import Unbegun, judge
 from gateway.core.waiting import together
@@ -226,9 +226,7 @@ class Moves(MoveRuns[Body, Move]):
 
     def _free(self, who: Body) -> None:
         who.release()
-        run_each_logging(
-            "the end of a trajectory", partial(self._on_trajectory, who)
-        )  # the body is free once
+        do_each("the end of a trajectory", partial(self._on_trajectory, who))  # the body is free once
 
     def _lose(self, who: Body, _why: str, /) -> None:
         who.may_move()  # what is not written yet never is: no move stands for it

@@ -12,8 +12,8 @@ from gateway.core.errors import BodyBusy, ControllerRefused, GatewayError, NoRep
 from gateway.core.kept_works import DurableJobs
 from gateway.core.move_log import new_id
 from gateway.core.origin import RESTART, acting
-from gateway.core.own_faults import restart_after_faults
 from gateway.core.records import Record, request_id_field
+from gateway.core.supervisor import supervised
 from gateway.core.works import CutOff
 from gateway.rorze.bodies import Body
 from gateway.rorze.body_states import BodyNews
@@ -210,9 +210,7 @@ class ProgramRuns(DurableJobs[ProgramRun]):
         self, body: Body, run: ProgramRun, follow: Callable[[Body, ProgramRun], Coroutine[Any, Any, None]]
     ) -> None:
         """Follow a run to its end, after a fault of the gateway itself, too: that is merely asking."""
-        following = restart_after_faults(
-            f"the watch over the program of {body.address}", partial(follow, body, run)
-        )
+        following = supervised(f"the watch over the program of {body.address}", partial(follow, body, run))
         self.begin(run, following, "program run")
 
     async def _follow(self, body: Body, run: ProgramRun) -> None:

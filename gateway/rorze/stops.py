@@ -12,7 +12,6 @@ from pydantic import Field
 from gateway.core.errors import ControllerRefused, GatewayError, NoReply, NotSent, StoppedFirst
 from gateway.core.events import EventHub
 from gateway.core.lanes import Lane
-from gateway.core.own_faults import ask_safely, retry_once, run_all_then_raise
 from gateway.core.records import request_id_field
 from gateway.core.stops import (
     CONFIRM_WITHIN_S,
@@ -20,11 +19,13 @@ from gateway.core.stops import (
     REPEAT_S,
     BilingualReport,
     Stopping,
+    StopPlan,
     StopState,
     StopsUnderWay,
     standstill_unknown,
 )
 from gateway.core.stops import StopMode as StopMode
+from gateway.core.supervisor import do_each
 from gateway.core.waiting import happens
 from gateway.rorze.bodies import Body, Group, R
 from gateway.rorze.body_states import BodyNews
@@ -205,21 +206,19 @@ class Stops(StopsUnderWay[tuple[Body, StopMode], "_BodyStop"]):
         The result comes when all stand still, or after two seconds with what is known then. A fault of the
         gateway itself at one body keeps no other from its stop.
         """
-        running = retry_once("a stop", partial(self._stop, list(bodies), mode))
+        running = self._begun(partial(self._plan, list(bodies), mode))
         return asyncio.create_task(self._report(running), name="stop report")
 
-    def _stop(self, bodies: Sequence[Body], mode: StopMode) -> "list[_BodyStop]":
+    def _plan(self, bodies: Sequence[Body], mode: StopMode) -> StopPlan[tuple[Body, StopMode]]:
         partners = partial(self._with_interpolation_partners, bodies)
-        wanted = ask_safely("a stop", partners, otherwise=list(bodies))
+        wanted = do_each("a stop", partners).first(otherwise=list(bodies))
         new = [body for body in wanted if (body, mode) not in self._running]
-        run_all_then_raise(
-            [
-                *(partial(self._forbid_what_waits, body) for body in wanted),
-                partial(self._stop_groups, wanted, new, mode),
-                *(partial(self._begin_new, body, mode) for body in new),
-            ]
-        )
-        return [self._running[body, mode] for body in wanted]
+        deeds = [
+            *(partial(self._forbid_what_waits, body) for body in wanted),
+            partial(self._stop_groups, wanted, new, mode),
+            *(partial(self._begin_new, body, mode) for body in new),
+        ]
+        return deeds, [(body, mode) for body in wanted]
 
     def _stop_groups(self, wanted: list[Body], new: list[Body], mode: StopMode) -> None:
         for group in self._groups_within(wanted):

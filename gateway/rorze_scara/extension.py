@@ -13,7 +13,6 @@ from gateway.core.family import Extension, Site
 from gateway.core.move_log import MoveLog
 from gateway.core.move_record import RESTARTED
 from gateway.core.operation import DocumentSection, RouteWords
-from gateway.core.own_faults import run_each_logging
 from gateway.core.parts import Part
 from gateway.core.stops import StopMode
 from gateway.core.targets import Stopped, Target, stopped
@@ -174,7 +173,7 @@ class Scaras(Extension):
 
     async def let_go(self) -> None:
         """Give the waiters for moves what is known now."""
-        run_each_logging("the end of the moves of SCARA robots", self.moves.let_go)
+        self.moves.let_go()
 
     async def close(self) -> None:
         """Watch over nothing more; the lines are closed."""

@@ -26,7 +26,7 @@ from gateway.core.move_record import RESTARTED, Move, MoveStatus
 from gateway.core.move_runs import Beginning, MoveRuns, in_the_middle
 from gateway.core.next_calls import NextCall
 from gateway.core.origin import working
-from gateway.core.own_faults import restart_after_faults
+from gateway.core.supervisor import supervise
 from gateway.core.verdicts import Unbegun, Unwatched, Verdict, VerdictWords, judge, worst_of
 from gateway.rorze.bodies import Body, Group
 from gateway.rorze.knowledge import PULSES_RUNNING
@@ -302,9 +302,7 @@ class ScaraMoves(MoveRuns[_Run, ScaraMove]):
     def _begin_to_watch(self, run: _Run) -> None:
         known = ((body, body.told.status_bits) for body in run.moves)
         errors = {body: MOTION_ERRORS if bits is None else bits & MOTION_ERRORS for body, bits in known}
-        what = f"watch of {run.move.id}"
-        watching = restart_after_faults(f"the {what}", partial(self._watch, run, errors))
-        self._keep(asyncio.create_task(watching, name=what))
+        self._keep(supervise(f"the watch of {run.move.id}", partial(self._watch, run, errors)))
 
     async def _watch(self, run: _Run, errors: Mapping[Body, int]) -> None:
         """Ask all controllers at once how they are, until all have ended or one is in trouble.

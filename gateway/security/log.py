@@ -65,7 +65,7 @@ class _Backlog:
     lost: int = 0
 
     def has_taken(self, entry: Draft) -> bool:
-        """Keep an entry for the disk; say whether there was room for it."""
+        """Take an entry; False where there is no room for it."""
         if len(self.waiting) >= MOST_WAITING:
             self.lost += 1
             return False

@@ -49,7 +49,7 @@ class JournalUnavailable(NotSent):
 
 
 @dataclass(eq=False, slots=True)
-class Entry:
+class JournalEntry:
     """Writes that belong together, and the future of the one who waits for them."""
 
     writes: Sequence[Write]
@@ -57,7 +57,7 @@ class Entry:
 
 
 @dataclass(eq=False, slots=True)
-class Question:
+class JournalQuestion:
     """Rows that are asked for, behind all that was written before."""
 
     sql: str
@@ -75,7 +75,7 @@ class DiskState(Enum):
 
 
 class DiskNews(Enum):
-    """An event at the disk."""
+    """News of the disk."""
 
     TAKEN = "a commit is done"
     LATE = "a commit takes too long"
@@ -84,7 +84,7 @@ class DiskNews(Enum):
 
 
 class DiskAction(Enum):
-    """The reaction to it."""
+    """Reaction to news of the disk."""
 
     NONE = ""
     TELL_TROUBLE = "refuse what has an effect, tell journal.trouble"
@@ -123,7 +123,7 @@ def _news(error: OSError | None) -> DiskNews:
     return DiskNews.FAILED if isinstance(error, DiskFailed) else DiskNews.REFUSED
 
 
-Settle = Callable[[list[Entry], OSError | None], None]
+Settle = Callable[[list[JournalEntry], OSError | None], None]
 """Takes the outcome of a commit."""
 
 
@@ -138,7 +138,9 @@ class Writer:
     failure: DiskFailed | None = None
     """Why the file is not trusted again in this process."""
     settle: Settle = lambda _entries, _error: None
-    waiting: "SimpleQueue[Sequence[Entry | Question | None]]" = field(default_factory=SimpleQueue)
+    waiting: "SimpleQueue[Sequence[JournalEntry | JournalQuestion | None]]" = field(
+        default_factory=SimpleQueue
+    )
     """Work for it; None ends it."""
     owed: list[Write] = field(default_factory=list)
     """Unawaited writes kept while the disk is full, in their order."""
@@ -159,13 +161,13 @@ class Writer:
                 self.look()
                 looked_at = time.monotonic()
 
-    def write(self, taken: "Sequence[Entry | Question | None]") -> bool:
+    def write(self, taken: "Sequence[JournalEntry | JournalQuestion | None]") -> bool:
         """Write in one commit, then answer the question; False at the end."""
-        entries = [it for it in taken if isinstance(it, Entry)]
+        entries = [each for each in taken if isinstance(each, JournalEntry)]
         if entries:
             self._commit(entries)
         for question in taken:
-            if isinstance(question, Question):
+            if isinstance(question, JournalQuestion):
                 self._answer(question)
         if None not in taken:
             return True
@@ -173,19 +175,19 @@ class Writer:
             self._try([writes.meta("clean", "1")], durable=True)
         return False
 
-    def take(self) -> "list[Entry | Question | None]":
+    def take(self) -> "list[JournalEntry | JournalQuestion | None]":
         """Give what waits, in its order, up to a question: that is answered after what came before it."""
         quiet_s = CHECK_S if self._unsynced_since is None else SYNCED_WITHIN_S
-        taken: list[Entry | Question | None] = []
+        taken: list[JournalEntry | JournalQuestion | None] = []
         with suppress(Empty):
             taken += self.waiting.get(timeout=quiet_s)
-            while len(taken) < MOST_AT_ONCE and isinstance(taken[-1], Entry):
+            while len(taken) < MOST_AT_ONCE and isinstance(taken[-1], JournalEntry):
                 taken += self.waiting.get_nowait()
         return taken
 
-    def _commit(self, entries: list[Entry]) -> None:
+    def _commit(self, entries: list[JournalEntry]) -> None:
         now = time.monotonic()
-        waited_for = any(it.done is not None for it in entries)
+        waited_for = any(entry.done is not None for entry in entries)
         overdue = self._unsynced_since is not None and now - self._unsynced_since >= SYNCED_WITHIN_S
         durable = waited_for or overdue
         error = self._try([write for entry in entries for write in entry.writes], durable=durable)
@@ -220,7 +222,7 @@ class Writer:
         self._forgot = self._forgot or len(batch) > room
         self.owed += batch[: max(room, 0)]
 
-    def _answer(self, question: Question) -> None:
+    def _answer(self, question: JournalQuestion) -> None:
         call = question.answer.get_loop().call_soon_threadsafe
         try:
             rows = self.disk.rows(question.sql, question.values)
@@ -334,7 +336,7 @@ class Journal:
         """
         self.require()
         done: asyncio.Future[None] = self._loop.create_future()
-        self._put(Entry(entries, done))
+        self._put(JournalEntry(entries, done))
         overdue = self._loop.call_later(WRITTEN_WITHIN_S, self._give_up, done)
         done.add_done_callback(partial(self._end_of, overdue, time.monotonic()))
         return done
@@ -351,13 +353,13 @@ class Journal:
     async def rows(self, sql: str, *values: Value) -> list[tuple[Any, ...]]:
         """Read rows, after all that was written before."""
         answer: asyncio.Future[list[tuple[Any, ...]]] = self._loop.create_future()
-        self._put(Question(sql, values, answer))
+        self._put(JournalQuestion(sql, values, answer))
         return await answer
 
-    def _put(self, item: Entry | Question | None) -> None:
+    def _put(self, item: JournalEntry | JournalQuestion | None) -> None:
         """Let the writer have this, and what was noted before with it: in one commit."""
         noted = self._take_noted()
-        self.writer.waiting.put([Entry(noted), item] if noted else [item])
+        self.writer.waiting.put([JournalEntry(noted), item] if noted else [item])
 
     def _hand_over_soon(self) -> None:
         if self._due is None:
@@ -365,7 +367,7 @@ class Journal:
 
     def _hand_over(self) -> None:
         """Let the writer have what was noted."""
-        self.writer.waiting.put([Entry(self._take_noted())])
+        self.writer.waiting.put([JournalEntry(self._take_noted())])
 
     def _take_noted(self) -> list[Write]:
         if self._due is None:
@@ -382,13 +384,13 @@ class Journal:
 
     # what becomes of it
 
-    def _settle_soon(self, entries: list[Entry], error: OSError | None) -> None:
+    def _settle_soon(self, entries: list[JournalEntry], error: OSError | None) -> None:
         """Called in the writer's thread: nothing is told where nothing is new and no caller waits."""
-        waited_for = any(it.done is not None for it in entries)
+        waited_for = any(entry.done is not None for entry in entries)
         if waited_for or error is not None or self.trouble is not None:
             self._loop.call_soon_threadsafe(self._settle, entries, error)
 
-    def _settle(self, entries: list[Entry], error: OSError | None) -> None:
+    def _settle(self, entries: list[JournalEntry], error: OSError | None) -> None:
         self._take(_news(error), str(error))
         for entry in entries:
             if entry.done is not None and not entry.done.done():

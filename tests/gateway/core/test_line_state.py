@@ -1,4 +1,4 @@
-"""The life of a port: the state that is told is true, whatever happens to it."""
+"""News told of a port are true, in whatever order they come."""
 
 from hypothesis import given
 from hypothesis import strategies as st

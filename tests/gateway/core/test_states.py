@@ -19,33 +19,33 @@ STATES: dict[str, list[Any]] = {
     "The call for the hardware stop": list(HardwareCall),
     "The disk of the journal": list(DiskState),
 }
-each_table = pytest.mark.parametrize("it", TABLES, ids=lambda it: it.title)
+each_table = pytest.mark.parametrize("table", TABLES, ids=lambda table: table.title)
 
 
 def test_every_table_has_its_states() -> None:
-    assert {it.title: sorted(map(str, it.table)) for it in TABLES} == {
+    assert {table.title: sorted(map(str, table.steps)) for table in TABLES} == {
         title: sorted(map(str, states)) for title, states in STATES.items()
     }
 
 
 @each_table
-def test_every_state_has_one_step_for_each_news(it: StateTable) -> None:
-    for state, news in product(STATES[it.title], it.news):
-        step = it.table[state][news]
+def test_every_state_has_one_step_for_each_news(table: StateTable) -> None:
+    for state, news in product(STATES[table.title], table.news):
+        step = table.steps[state][news]
         assert isinstance(step, Transition)
-        assert step.state in STATES[it.title]
-    assert all(set(steps) == set(it.news) for steps in it.table.values())
+        assert step.state in STATES[table.title]
+    assert all(set(steps) == set(table.news) for steps in table.steps.values())
 
 
 @each_table
-def test_every_state_can_be_reached_from_the_first(it: StateTable) -> None:
-    first, *_ = it.table
+def test_every_state_can_be_reached_from_the_first(table: StateTable) -> None:
+    first, *_ = table.steps
     reached, waiting = {first}, [first]
     while waiting:
-        new = {step.state for step in it.table[waiting.pop()].values()} - reached
+        new = {step.state for step in table.steps[waiting.pop()].values()} - reached
         reached |= new
         waiting += new
-    assert reached == set(it.table)
+    assert reached == set(table.steps)
 
 
 def test_the_page_shows_the_tables() -> None:

@@ -1,4 +1,4 @@
-"""Work, deeds and observers that meet a fault of the gateway itself."""
+"""Work, deeds and observers that meet a fault of the gateway itself go on."""
 
 import asyncio
 from functools import partial
