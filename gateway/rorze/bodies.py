@@ -14,10 +14,11 @@ from gateway.core.move_record import CountedIn, Move, MoveStatus
 from gateway.core.targets import Looked
 from gateway.core.trajectories import Trajectory
 from gateway.core.waiting import happens
-from gateway.rorze.asked_body import believed, errs
+from gateway.rorze.asked_body import believed
 from gateway.rorze.body_states import BodyAction, BodyLife, BodyNews
 from gateway.rorze.config import Events
-from gateway.rorze.exchange import Answered, Outcome, RorzeExchange, refused
+from gateway.rorze.errors import refused
+from gateway.rorze.exchange import Answered, Outcome, RorzeExchange
 from gateway.rorze.knowledge import (
     COMMAND_ERROR,
     PROGRAM_RUNS,
@@ -358,7 +359,7 @@ class Body(Looked):
         """
         rest, told = self.told.rest, self.told
         fresh = asyncio.get_running_loop().time() - told.rest_at <= BELIEVED_S
-        if rest is not None and fresh and self.power.is_vouched and not errs(self.line):
+        if rest is not None and fresh and self.power.is_vouched and not self.line.errs():
             return rest
         return await believed(self.line, lambda: self.poll(Lane.VERIFY), self._both_may_be_true)
 

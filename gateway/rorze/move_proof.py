@@ -34,9 +34,9 @@ from gateway.core.verdicts import (
     VerdictWords,
     judge,
 )
-from gateway.rorze.asked_body import believed, errs
+from gateway.rorze.asked_body import believed
 from gateway.rorze.bodies import ENCODER_SWAYS, STATUS, Body
-from gateway.rorze.exchange import IN_MOTION
+from gateway.rorze.errors import IN_MOTION
 from gateway.rorze.knowledge import MotorState
 from gateway.rorze.plans import target_of
 from gateway.rorze.power import POWER_ON_POSITION, PowerSeen, needs_place
@@ -211,7 +211,7 @@ class MoveProof:
             half, self._half = self._half, state
             if half is not None and self._agree(state, half):
                 break
-            if plausible(state) and not errs(self.body.line):
+            if plausible(state) and not self.body.line.errs():
                 break
         if state is not None:
             self._half = None
