@@ -13,7 +13,6 @@ from gateway.core.lanes import Lane
 from gateway.core.move_record import CountedIn, Move, MoveStatus
 from gateway.core.targets import Looked
 from gateway.core.trajectories import Trajectory
-from gateway.core.waiting import happens
 from gateway.rorze.asked_body import believed
 from gateway.rorze.body_states import BodyAction, BodyLife, BodyNews
 from gateway.rorze.config import Events
@@ -663,20 +662,6 @@ class Body(Looked):
     def fell_silent(self) -> None:
         """It does not answer any more itself."""
         self.out_of_sight(BodyNews.SILENT)
-
-    # what is waited for
-
-    async def end_announced(self, within_s: float) -> bool:
-        """True if the link master announces the end of a move in time."""
-        return await happens(self.motion.announced, within_s)
-
-    async def end_seems_due(self, within_s: float) -> None:
-        """Wait until the move seems to be over, at the latest when the time is up."""
-        await happens(self.motion.end_due, within_s)
-
-    async def poll_wanted(self, within_s: float) -> None:
-        """Wait until its state is to be read, at the latest when the time is up."""
-        await happens(self.life.look_due, within_s)
 
 
 _RUNS = GetControllerStatus(bit=0)

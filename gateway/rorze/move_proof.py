@@ -34,6 +34,7 @@ from gateway.core.verdicts import (
     VerdictWords,
     judge,
 )
+from gateway.core.waiting import happens
 from gateway.rorze.asked_body import believed
 from gateway.rorze.bodies import ENCODER_SWAYS, STATUS, Body
 from gateway.rorze.errors import IN_MOTION
@@ -474,7 +475,7 @@ class MoveProof:
             if asyncio.get_running_loop().time() > until:
                 return self._judged(AtRest(Told.NOT_IN_POSITION), waited_s=IN_POSITION_S)
             body.motion.end_due.clear()
-            await body.end_seems_due(body.poll_interval_s)
+            await happens(body.motion.end_due, body.poll_interval_s)
         self._note("The servo drive reports that it is in position (INP).")
         return None
 
@@ -640,7 +641,7 @@ class MoveProof:
     async def _end_announced(self) -> bool:
         if self.move.completion == "frame":
             return True
-        if not await self.body.end_announced(MISSING_END_FRAME_S):
+        if not await happens(self.body.motion.announced, MISSING_END_FRAME_S):
             return False
         self.move.completion = "frame"
         return True

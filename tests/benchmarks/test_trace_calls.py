@@ -8,9 +8,9 @@ from tests.api.stand import Stand, on_stand
 
 ABOVE_THE_LINE = 321
 IN_ALL = 940
-OF_A_BODY = 0
-OF_A_BODY_ABOVE = 0
-FILES_OF_A_BODY = 0
+OF_A_BODY = 405
+OF_A_BODY_ABOVE = 214
+FILES_OF_A_BODY = 87
 
 
 @pytest.mark.parametrize("mode", [2, 3])
