@@ -694,6 +694,10 @@ class Group:
         """Its unique address, such as `LINE.80`."""
         return f"{self.line.id}.{self.short}"
 
+    def keep_for(self, what: str, position_tolerance: int) -> None:
+        """Forbid other definitions: it stands for a thing whose members may end beside their targets."""
+        self.kept_for, self.position_tolerance = what, position_tolerance
+
     def require_in_force(self) -> None:
         """Make sure that its number reaches its members and nobody else.
 
