@@ -205,7 +205,8 @@ class Body(Looked):
         self.power.on_news = self._power_news
         self.mark = Mark(self)
         edges = SensorEdges(self.input_names, lambda kind, facts: self.on_news(kind, facts))
-        self._trackers = Trackers(self.flash, self.told, self.prepared, edges, self._own_refusals, self.power)
+        told = (self.flash, self.flash.positions, self.told, self.prepared, edges)
+        self._trackers = Trackers(*told, self._own_refusals, self.power)
 
     # what is known of it
 
