@@ -11,10 +11,7 @@ from typing import Final
 ROOT = Path(__file__).parent.parent
 PACKAGES: Final = ("gateway", "api", "app", "protocols")
 MOST: Final = 15
-ABOVE: Final = {
-    "Exchange",
-    "Plant",
-}
+ABOVE: Final = {"Exchange", "Plant"}
 """Classes that are yet to be divided: one that is not above any more goes from this list."""
 
 

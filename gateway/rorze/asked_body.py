@@ -11,7 +11,6 @@ from typing import Any, Final, Literal, Protocol, TypeVar
 
 from gateway.core.errors import GatewayError, NotSent
 from gateway.core.lanes import Lane
-from gateway.rorze.exchange import CLEAN_AFTER_S
 from gateway.rorze.units import Scale
 from protocols.rorze.notation import PositionReference
 from protocols.rorze.position_table import GetNumberedPositionEntry
@@ -43,9 +42,8 @@ class AskedLine(Protocol):
     def gate(self) -> Epochs:
         """The gate that every frame passes."""
 
-    @property
-    def last_error_at(self) -> float | None:
-        """When a reply was last missing or garbled, in the event loop's time."""
+    def errs(self) -> bool:
+        """True while it has lately garbled or lost a frame."""
 
     def undivided(
         self, targets: Iterable[int], expires_at: float | None = None, /
@@ -186,12 +184,6 @@ AHEAD = 2
 T = TypeVar("T")
 
 
-def errs(line: AskedLine) -> bool:
-    """True if the line has lately garbled or lost a frame."""
-    error_at = line.last_error_at
-    return error_at is not None and asyncio.get_running_loop().time() - error_at < CLEAN_AFTER_S
-
-
 async def believed(
     line: AskedLine, read: Callable[[], Awaitable[T]], agree: Callable[[Any, Any], bool] = eq
 ) -> T:
@@ -202,7 +194,7 @@ async def believed(
     """
     found = await read()
     for _ in range(MOST_READINGS):
-        if not errs(line):
+        if not line.errs():
             return found
         again = await read()
         if agree(found, again):

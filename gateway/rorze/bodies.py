@@ -13,11 +13,11 @@ from gateway.core.lanes import Lane
 from gateway.core.move_record import CountedIn, Move, MoveStatus
 from gateway.core.targets import Looked
 from gateway.core.trajectories import Trajectory
-from gateway.core.waiting import happens
-from gateway.rorze.asked_body import believed, errs
+from gateway.rorze.asked_body import believed
 from gateway.rorze.body_states import BodyAction, BodyLife, BodyNews
 from gateway.rorze.config import Events
-from gateway.rorze.exchange import Answered, Outcome, RorzeExchange, refused
+from gateway.rorze.errors import refused
+from gateway.rorze.exchange import Answered, Outcome, RorzeExchange
 from gateway.rorze.knowledge import (
     COMMAND_ERROR,
     PROGRAM_RUNS,
@@ -205,7 +205,8 @@ class Body(Looked):
         self.power.on_news = self._power_news
         self.mark = Mark(self)
         edges = SensorEdges(self.input_names, lambda kind, facts: self.on_news(kind, facts))
-        self._trackers = Trackers(self.flash, self.told, self.prepared, edges, self._own_refusals, self.power)
+        told = (self.flash, self.flash.positions, self.told, self.prepared, edges)
+        self._trackers = Trackers(*told, self._own_refusals, self.power)
 
     # what is known of it
 
@@ -358,7 +359,7 @@ class Body(Looked):
         """
         rest, told = self.told.rest, self.told
         fresh = asyncio.get_running_loop().time() - told.rest_at <= BELIEVED_S
-        if rest is not None and fresh and self.power.is_vouched and not errs(self.line):
+        if rest is not None and fresh and self.power.is_vouched and not self.line.errs():
             return rest
         return await believed(self.line, lambda: self.poll(Lane.VERIFY), self._both_may_be_true)
 
@@ -663,20 +664,6 @@ class Body(Looked):
         """It does not answer any more itself."""
         self.out_of_sight(BodyNews.SILENT)
 
-    # what is waited for
-
-    async def end_announced(self, within_s: float) -> bool:
-        """True if the link master announces the end of a move in time."""
-        return await happens(self.motion.announced, within_s)
-
-    async def end_seems_due(self, within_s: float) -> None:
-        """Wait until the move seems to be over, at the latest when the time is up."""
-        await happens(self.motion.end_due, within_s)
-
-    async def poll_wanted(self, within_s: float) -> None:
-        """Wait until its state is to be read, at the latest when the time is up."""
-        await happens(self.life.look_due, within_s)
-
 
 _RUNS = GetControllerStatus(bit=0)
 
@@ -707,6 +694,10 @@ class Group:
     def address(self) -> str:
         """Its unique address, such as `LINE.80`."""
         return f"{self.line.id}.{self.short}"
+
+    def keep_for(self, what: str, position_tolerance: int) -> None:
+        """Forbid other definitions: it stands for a thing whose members may end beside their targets."""
+        self.kept_for, self.position_tolerance = what, position_tolerance
 
     def require_in_force(self) -> None:
         """Make sure that its number reaches its members and nobody else.

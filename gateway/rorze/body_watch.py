@@ -7,6 +7,7 @@ from math import inf
 
 from gateway.core.errors import ControllerRefused, GatewayError
 from gateway.core.lanes import Lane
+from gateway.core.waiting import happens
 from gateway.rorze.bodies import NO_PROGRAM_S, STATUS, Body, Group
 from gateway.rorze.config import Events
 from gateway.rorze.line import Line
@@ -58,7 +59,7 @@ class BodyWatch:
                     self._unreadable = None
                 except GatewayError as error:
                     self._tell_unreadable(error.detail)
-            await body.poll_wanted(self._pause_s())
+            await happens(body.life.look_due, self._pause_s())
 
     def _tell_unreadable(self, why: str) -> None:
         """Tell it once, until its state is learnt or something else is in the way."""

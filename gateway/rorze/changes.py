@@ -18,7 +18,7 @@ from gateway.core.errors import (
 from gateway.core.operation import Expectation
 from gateway.core.records import Record
 from gateway.rorze.asked_body import AskedBody, believed
-from gateway.rorze.exchange import PartlyDone, TakenOtherwise
+from gateway.rorze.errors import PartlyDone, TakenOtherwise
 from protocols.rorze.flash import SaveSettings
 from protocols.rorze.row import RorzeCommand
 from protocols.table import Ack, Reply, Retry

@@ -427,7 +427,6 @@ class FlashState(Tracker):
 
     def sent(self, command: RorzeCommand[Any], *, is_known: bool) -> None:
         """Note what may differ between both memories from now on."""
-        self.positions.sent(command, is_known=is_known)
         if not is_known or type(command) in _UNSEEN:
             self.forget()
         elif command.effect is Effect.SETTING:
@@ -435,16 +434,14 @@ class FlashState(Tracker):
 
     def done(self, command: RorzeCommand[Any], *, certain: bool) -> None:
         """Note that both memories hold the same, or may."""
-        self.positions.done(command, certain=certain)
         if type(command) is SaveSettings:
             self.forget()
             self.known = certain
         elif certain and isinstance(command, SHARES):
             self._shares.add((command.code, command.speed_set))
 
-    def replied(self, question: RorzeCommand[Any], reply: Reply, at: float) -> None:
+    def replied(self, question: RorzeCommand[Any], reply: Reply, at: float) -> None:  # noqa: ARG002
         """Take a setting that is the same in both."""
-        self.positions.replied(question, reply, at)
         if not self.known or question.effect is not Effect.READ:
             return
         kind = question.code[:2]
@@ -453,7 +450,6 @@ class FlashState(Tracker):
 
     def powered_on(self, *, certain: bool) -> None:
         """The controller has loaded its settings."""
-        self.positions.powered_on(certain=certain)
         self.forget()
         self._shares.clear()
         self.known = certain

@@ -17,7 +17,8 @@ from gateway.core.line_state import PortNews
 from gateway.core.origin import PROBE, SET_UP, acting
 from gateway.core.trace_filter import FrameSubject
 from gateway.core.waiting import happens
-from gateway.rorze.exchange import Answered, Outcome, ReplyFrame, RorzeExchange, refused
+from gateway.rorze.errors import refused
+from gateway.rorze.exchange import Answered, Outcome, ReplyFrame, RorzeExchange
 from gateway.rorze.session import Presence, RorzeSession
 from gateway.texts import text
 from protocols.rorze.link import (
@@ -212,6 +213,10 @@ class Line(LineDriver[RorzeExchange, ReplyFrame | Message, ReplyFrame]):
         The silence of those who are known not to answer does not count.
         """
         return self._session.last_error_at
+
+    def errs(self) -> bool:
+        """True while the line has lately garbled or lost a frame."""
+        return self._session.errs(self._loop.time())
 
     def frame_of(self, body: int, command: RorzeCommand[Any]) -> str:
         """Show the exact frame of a command as text, with its CR escaped."""

@@ -11,7 +11,7 @@ from gateway.core.operation import Rows
 from gateway.core.records import RequestModel, SentBack, example
 from gateway.core.rights import Right
 from gateway.rorze.bodies import Body
-from gateway.rorze.exchange import PartlyDone
+from gateway.rorze.errors import PartlyDone
 from protocols.rorze.notation import BILLION
 from protocols.rorze.programs import LARGEST_COUNT, GetProgramMemory, SetProgramMemory
 

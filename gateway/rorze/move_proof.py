@@ -34,9 +34,10 @@ from gateway.core.verdicts import (
     VerdictWords,
     judge,
 )
-from gateway.rorze.asked_body import believed, errs
+from gateway.core.waiting import happens
+from gateway.rorze.asked_body import believed
 from gateway.rorze.bodies import ENCODER_SWAYS, STATUS, Body
-from gateway.rorze.exchange import IN_MOTION
+from gateway.rorze.errors import IN_MOTION
 from gateway.rorze.knowledge import MotorState
 from gateway.rorze.plans import target_of
 from gateway.rorze.power import POWER_ON_POSITION, PowerSeen, needs_place
@@ -211,7 +212,7 @@ class MoveProof:
             half, self._half = self._half, state
             if half is not None and self._agree(state, half):
                 break
-            if plausible(state) and not errs(self.body.line):
+            if plausible(state) and not self.body.line.errs():
                 break
         if state is not None:
             self._half = None
@@ -474,7 +475,7 @@ class MoveProof:
             if asyncio.get_running_loop().time() > until:
                 return self._judged(AtRest(Told.NOT_IN_POSITION), waited_s=IN_POSITION_S)
             body.motion.end_due.clear()
-            await body.end_seems_due(body.poll_interval_s)
+            await happens(body.motion.end_due, body.poll_interval_s)
         self._note("The servo drive reports that it is in position (INP).")
         return None
 
@@ -640,7 +641,7 @@ class MoveProof:
     async def _end_announced(self) -> bool:
         if self.move.completion == "frame":
             return True
-        if not await self.body.end_announced(MISSING_END_FRAME_S):
+        if not await happens(self.body.motion.announced, MISSING_END_FRAME_S):
             return False
         self.move.completion = "frame"
         return True

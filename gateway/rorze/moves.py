@@ -28,7 +28,7 @@ from gateway.core.origin import working
 from gateway.core.supervisor import do_each
 from gateway.core.trajectories import Trajectories
 from gateway.core.verdicts import Unbegun, judge
-from gateway.core.waiting import together
+from gateway.core.waiting import happens, together
 from gateway.rorze.alarms import calls_for_body
 from gateway.rorze.asked_body import believed
 from gateway.rorze.bodies import Body, Group, R, idle_bodies_of
@@ -337,7 +337,7 @@ class Moves(MoveRuns[Body, Move]):
             if verdict is not None:
                 self.end(proof.body, proof.move, verdict)
         elif not proof.move.status.final:
-            await proof.body.end_seems_due(poll_s(proof.body.line))
+            await happens(proof.body.motion.end_due, poll_s(proof.body.line))
         if not proof.move.status.final:
             await self._follow(proof)
 
@@ -367,7 +367,7 @@ class Moves(MoveRuns[Body, Move]):
                 self.advance(body, move, MoveStatus.MOVING)
             took_s = asyncio.get_running_loop().time() - asked_at
             pause_s = WATCHED_S if body.motion.watched else body.poll_interval_s
-            await body.end_seems_due(max(pause_s, follow_s(body.line) - took_s))
+            await happens(body.motion.end_due, max(pause_s, follow_s(body.line) - took_s))
         move.completion = "frame" if body.motion.announced.is_set() else "polling"
         body.stands()
         self.end(body, move, await proof.at_rest(state))
@@ -379,7 +379,7 @@ class Moves(MoveRuns[Body, Move]):
         body = proof.body
         if proof.set_ups != body.line.set_ups:
             return
-        if await body.end_announced(MISSING_END_FRAME_S) or body.move is not None:
+        if await happens(body.motion.announced, MISSING_END_FRAME_S) or body.move is not None:
             return
         now = asyncio.get_running_loop().time()
         if now >= self._no_set_up_before.get(body.line, now):

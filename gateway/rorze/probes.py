@@ -10,7 +10,7 @@ from gateway.core.errors import ControllerRefused, GatewayError, NoReply
 from gateway.core.lanes import Lane
 from gateway.core.line_state import LineState
 from gateway.rorze.bodies import STATUS, Body, Group, R
-from gateway.rorze.exchange import is_evasive
+from gateway.rorze.errors import is_evasive
 from gateway.rorze.line import Line
 from protocols.rorze.link_master import MOST_MEMBERS
 from protocols.rorze.row import RorzeCommand

@@ -28,7 +28,8 @@ from gateway.core.sequence_lock import Series
 from gateway.core.works import GATEWAY_ENDED, CutOff
 from gateway.rorze.asked_body import closely
 from gateway.rorze.bodies import Body
-from gateway.rorze.exchange import ProgramDiffers, RorzeExchange, SaveUncertain
+from gateway.rorze.errors import ProgramDiffers, SaveUncertain
+from gateway.rorze.exchange import RorzeExchange
 from gateway.rorze.stored_program import EndlessPrograms, instruction_at, runs
 from protocols.rorze.flash import EraseFlash, LoadProgram, SaveProgram
 from protocols.rorze.programs import STEPS, AddProgramInstruction, ClearProgram, GetLastProgramAddress

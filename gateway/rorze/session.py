@@ -13,7 +13,8 @@ from gateway.core.exchange import RememberedReply
 from gateway.core.lanes import STOPS, Lane
 from gateway.core.session import READ_REPEATS as READ_REPEATS
 from gateway.core.session import Awaited, Session, Settle
-from gateway.rorze.exchange import CLEAN_AFTER_S, ReplyFrame, RorzeExchange, is_evasive
+from gateway.rorze.errors import is_evasive
+from gateway.rorze.exchange import ReplyFrame, RorzeExchange
 from gateway.texts import Text
 from protocols.rorze.errors import lookup
 from protocols.rorze.link import GroupAnswer, Refusal, encode
@@ -38,6 +39,8 @@ STRICT_S = 3600.0
 
 EVASIVE_S = 2.0
 """A body whose only answer for this time is @4C is not there; flash commands take 1.5 s (decision 61)."""
+CLEAN_AFTER_S = 10.0
+"""A line without an error for this time is clean: a body that answers no question and no fence is gone."""
 
 
 class Presence:
@@ -388,6 +391,10 @@ class RorzeSession(Session[RorzeExchange, ReplyFrame]):
             self._erred(now)
         if exchange.lane in STOPS and exchange.target <= LAST_BODY:
             self.presence.mute.add(exchange.target)
+
+    def errs(self, now: float) -> bool:
+        """True if a reply was missing or garbled of late."""
+        return self.last_error_at is not None and now - self.last_error_at < CLEAN_AFTER_S
 
     def _erred(self, now: float) -> None:
         """A reply was missing or garbled."""

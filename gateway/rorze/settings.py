@@ -13,7 +13,7 @@ from gateway.core.records import RequestModel, SentBack, example
 from gateway.core.rights import Right
 from gateway.rorze.asked_body import AskedBody, Homed
 from gateway.rorze.changes import ChangeStep, Flash, Item, Wanted, as_expected, change, read
-from gateway.rorze.exchange import MOVING
+from gateway.rorze.errors import MOVING
 from gateway.rorze.settings_table import (
     SETTINGS,
     BodySetting,

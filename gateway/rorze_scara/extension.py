@@ -96,7 +96,7 @@ class Scaras(Extension):
     def make(self, table: config.ScaraTable) -> None:
         """Build a SCARA robot of bodies that are there, and the group that stands for them."""
         group = self.family.hold_group(table.line, table.group_number, table.members, table.name or table.id)
-        group.kept_for, group.position_tolerance = "a SCARA robot", table.tolerance_pulses
+        group.keep_for("a SCARA robot", table.tolerance_pulses)
         self._scaras[table.id] = Scara(
             table.id,
             group,

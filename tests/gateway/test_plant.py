@@ -18,7 +18,7 @@ from gateway.core.errors import (
 from gateway.core.move_record import Move
 from gateway.core.sampler import Sampler
 from gateway.rorze.config import UnitsTable
-from gateway.rorze.exchange import refused as refusal_of
+from gateway.rorze.errors import refused as refusal_of
 from gateway.rorze.knowledge import MotorState
 from gateway.rorze.probes import HEALTH_POLL_S
 from protocols.rorze.flash import SaveSettings

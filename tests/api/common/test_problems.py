@@ -38,7 +38,7 @@ from gateway.core.rights import Right
 from gateway.door.problems import TYPE_PREFIX, problem_of
 from gateway.fics.errors import RobotFailed, RobotOffline
 from gateway.fics.errors import refused as robot_refused
-from gateway.rorze.exchange import refused as body_refused
+from gateway.rorze.errors import refused as body_refused
 from protocols.fics.inputs_outputs import GetInputChannel
 from protocols.fics.jog import StartJog
 from protocols.fics.macros import RunMacro

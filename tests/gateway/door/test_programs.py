@@ -14,7 +14,7 @@ from gateway.core.origin import Origin
 from gateway.door import doing, stopping
 from gateway.rorze import stored_program
 from gateway.rorze.door.programs import ProgramSource, RunRequest, check
-from gateway.rorze.exchange import PartlyDone
+from gateway.rorze.errors import PartlyDone
 from gateway.rorze.memories import write
 from gateway.rorze.program_uploads import ProgramUpload
 from protocols.rorze.moves import MoveClockwise

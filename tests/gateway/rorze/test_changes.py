@@ -6,7 +6,7 @@ from typing import Final
 
 import pytest
 
-from gateway.rorze.exchange import PartlyDone
+from gateway.rorze.errors import PartlyDone
 from gateway.rorze.settings import change_settings, read_settings
 from gateway.rorze.settings_table import BodySettingsChange
 from protocols.rorze.position import GetPosition

@@ -5,7 +5,7 @@ import pytest
 from gateway.core.errors import ControllerRefused
 from gateway.door.problems import problem_of
 from gateway.rorze.alarms import CALLS, calls_for_body
-from gateway.rorze.exchange import refused
+from gateway.rorze.errors import refused
 from protocols.rorze.interpolation import SetStartPosition, StartInterpolation, TurnFinger
 from protocols.rorze.moves import MoveClockwise
 from protocols.rorze.notation import PositionReference

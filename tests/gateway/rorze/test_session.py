@@ -17,9 +17,10 @@ from pydantic import ValidationError
 from gateway.core.errors import BodyOffline, Cancelled, Expired, GarbledReply, HeldUp, NoReply
 from gateway.core.fence import FENCE_TRIES
 from gateway.core.lanes import Lane
-from gateway.rorze.exchange import CLEAN_AFTER_S, Answered, Outcome, ReplyFrame, RorzeExchange
+from gateway.rorze.exchange import Answered, Outcome, ReplyFrame, RorzeExchange
 from gateway.rorze.line import lane_of
 from gateway.rorze.session import (
+    CLEAN_AFTER_S,
     NONCES,
     READ_REPEATS,
     REPLIES_REMEMBERED,
