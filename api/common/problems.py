@@ -92,7 +92,7 @@ def _refusal(request: Request, problem: Problem, headers: Mapping[str, str] | No
 
 def _is_counted(request: Request, problem: Problem) -> bool:
     """Whether the door of the application, where it has one, has counted the sender as unknown."""
-    door = getattr(request.app.state, "access", None)
+    door = getattr(request.app, "access", None)
     return door is not None and bool(door.counts_unknown(request.scope, problem.detail))
 
 

@@ -31,7 +31,7 @@ def plant_of(request: HTTPConnection) -> Plant:
 
 def access_of(request: HTTPConnection) -> Access:
     """What the app lets in."""
-    access: Access = request.scope["app"].state.access
+    access: Access = request.scope["app"].access
     return access
 
 

@@ -38,12 +38,12 @@ class Guarded(BaseRoute):
 
     def is_open_to(self, scope: Scope) -> bool:
         """Whether a request may use it, by all but its body."""
-        access: Access = scope["app"].state.access
+        access: Access = scope["app"].access
         return access.permits(scope, self.right, any_scope=self.any_scope)
 
     async def let_in(self, app: ASGIApp, scope: Scope, receive: Receive, send: Send) -> None:
         """Refuse, or let an application answer."""
-        access: Access = scope["app"].state.access
+        access: Access = scope["app"].access
         suffices = self.cookie_suffices
         passage = access.require(scope, self.right, any_scope=self.any_scope, cookie_suffices=suffices)
         with passage:

@@ -19,7 +19,7 @@ async def test_a_thousand_sign_ins_with_one_key_end_nobody_else_s_session(stand:
 
 @guarded()
 async def test_a_stop_from_a_page_whose_session_made_room_is_not_lost(stand: Stand, keys: Keys) -> None:
-    stand.app.state.access.sign_ins.passes = lambda _: True
+    stand.app.access.sign_ins.passes = lambda _: True
     page = await session_of(stand, keys.of("viewer"))
     for _ in range(25):
         await session_of(stand, keys.of("viewer"))

@@ -28,7 +28,7 @@ class Pulses(RequestModel):
 
 def client() -> TestClient:
     app = FastAPI()
-    app.state.access = AnyAccess()
+    app.access = AnyAccess()
     problems.install(app)
     router = new_router("test")
 
