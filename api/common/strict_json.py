@@ -11,7 +11,6 @@ from starlette.types import Receive, Scope, Send
 
 from api.common.calling import NOTHING, Call
 from api.common.faults import InvalidBody
-from api.common.idempotency import HEADER as KEY
 from api.common.idempotency import READS, WITH_EFFECT, require_no_key
 from api.common.query_params import require_known
 from api.common.routes import HttpRoute
@@ -126,7 +125,7 @@ class StrictRoute(HttpRoute):
         request = self.request_class(scope, receive)
         if not self._stops and scope["query_string"]:
             require_known(request, self.call.query)
-        if self._refuses_keys and any(name == KEY for name, _ in scope["headers"]):
+        if self._refuses_keys:
             require_no_key(request)
         if self._takes_nothing and _has_body(request):
             await _require_nothing(request)

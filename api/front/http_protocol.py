@@ -18,7 +18,7 @@ from starlette.types import Scope
 from uvicorn.server import ServerState
 
 from api.front.connections import Admitted, ConnectionLimit
-from api.front.flow import Flow, Timer
+from api.front.flow import Flow, RestTimer, Timer
 from api.front.intake import Inlet, Intake
 from api.front.limits import LINGER_S, ConnectionLimits
 from api.front.pending_requests import PendingRequest
@@ -58,7 +58,7 @@ class HttpProtocol(asyncio.Protocol):
         self._inlet = Inlet(self.intake, self.limits.piece_bytes, self._parse, self._hold)
         self._quiet_bytes = 0
         """Parsed since something last came of it: a head, a part of a body, or the end of a request."""
-        self._deadline, self._rest = Timer(), Timer()
+        self._deadline, self._rest = Timer(), RestTimer()
         """End a connection on which a request does not come as a whole, or on which nothing is asked for."""
 
     # the connection
@@ -124,7 +124,7 @@ class HttpProtocol(asyncio.Protocol):
     def data_received(self, data: bytes) -> None:
         """Parse it in pieces that are soon parsed; others have their turn in between."""
         if self._refusal is None:
-            self._rest.cancel()
+            self._rest.end()
             self.connection_limit.ask(self)
         self._inlet.take(data)
 
@@ -317,7 +317,7 @@ class HttpProtocol(asyncio.Protocol):
             self._send_refusal()
         else:
             self.read_on()
-            self._rest.start(self._config.timeout_keep_alive, self.transport.close)
+            self._rest.begin(self._config.timeout_keep_alive, self.transport.close)
             self._restart_deadline()
             self.connection_limit.rest(self)
 
