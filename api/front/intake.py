@@ -45,7 +45,7 @@ class Intake:
             inlet.wait_in(self._light)
 
     def _turn(self) -> None:
-        used_s, self._used_s = self._used_s, 0.0
+        self._used_s = 0.0
         self._serve_from(self._light)
         if self._heavy and not self._turnstile.stops:
             self._serve_from(self._heavy)
@@ -53,7 +53,7 @@ class Intake:
             self._pauses = True
             after_pause(self._serve_heavy)
         waits = self._heavy and not self._pauses
-        self._turning = bool(used_s or self._used_s or self._light or waits)
+        self._turning = bool(self._used_s or self._light or waits)
         if self._turning:
             asyncio.get_running_loop().call_soon(self._turn)
 
