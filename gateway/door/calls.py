@@ -134,7 +134,7 @@ def _named(operation: Operation, values: Mapping[str, Any]) -> Sequence[str]:
 def _only_asks(operation: Operation, values: Mapping[str, Any]) -> bool:
     """True if the request is to be checked or planned only, not carried out."""
     request = values.get(operation.request_name or "")
-    return request is not None and any(getattr(request, it) for it in _trials_of(type(request)))
+    return request is not None and any(getattr(request, it) for it in _trials_of(request.__class__))
 
 
 @cache
