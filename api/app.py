@@ -100,7 +100,7 @@ _KEY: Final = {
 
 def create_app(
     plant: Plant, credentials: Credentials | None = None, besides: Iterable[Operation] = ()
-) -> FastAPI:
+) -> Application:
     """Make the application, with operations of its own `besides`. The server starts and closes the plant.
 
     Without credentials nobody gets in, unless the configuration lets everybody in.
