@@ -103,7 +103,7 @@ def create_app(
 ) -> Application:
     """Make the application, with operations of its own `besides`. The server starts and closes the plant.
 
-    Without credentials nobody gets in, unless the configuration lets everybody in.
+    Without credentials no caller gets in, unless the configuration lets every caller in.
     """
     root_path = plant.config.server.root_path
     app = Application(

@@ -1,4 +1,4 @@
-"""What routes have in common: the plant behind them, the names in their paths, and how long they wait."""
+"""The common parts of routes: the plant behind them, the names in their paths, and how long they wait."""
 
 import re
 from collections.abc import Mapping
@@ -31,7 +31,7 @@ def plant_of(request: HTTPConnection) -> Plant:
 
 
 def access_of(request: HTTPConnection) -> Access:
-    """What the app lets in."""
+    """The check of what the app lets in."""
     access: Access = request.scope["app"].access
     return access
 
@@ -81,7 +81,7 @@ class LongWork(Protocol):
 
     @property
     def id(self) -> str:
-        """What it is found again by."""
+        """The id that it is found again by."""
 
     @property
     def status(self) -> str:

@@ -15,7 +15,7 @@ from gateway.door.table import Right
 KNOWN_PATHS: Final = 1024
 """Paths that were asked for of late, by clients who ask the same again and again."""
 LONGEST_KNOWN: Final = 100
-"""Longer paths are nobody's, or rare: they would take memory."""
+"""Characters of a path; longer ones are rare, and would take memory."""
 ANY: Final = ""
 """Stands for a last word that is a parameter."""
 
@@ -23,7 +23,7 @@ ANY: Final = ""
 class RouteIndex:
     """Hands a request to its route by its method, and by count, first and last of the words of its path.
 
-    Whatever it does not find goes to the router's own search, which knows what to answer then.
+    A request for which it finds none goes to the router's own search, which knows the answer.
     """
 
     def __init__(self, routes: Iterable[BaseRoute], search: ASGIApp) -> None:

@@ -89,7 +89,7 @@ class StrictRoute(HttpRoute):
     """
 
     refuses_keys: ClassVar[bool] = True
-    """Whether it refuses an Idempotency-Key before its body is read."""
+    """True if it refuses an Idempotency-Key before its body is read."""
     request_class: ClassVar[type[StrictRequest]] = StrictRequest
 
     def __init__(self, path: str, endpoint: Callable[..., Any], **options: Any) -> None:
@@ -106,7 +106,7 @@ class StrictRoute(HttpRoute):
 
     @cached_property
     def _takes_nothing(self) -> bool:
-        """Whether a body would be passed over; CSV and programs are read by routes that describe them."""
+        """True if a body would be passed over; CSV and programs are read by routes that describe them."""
         reads_itself = not self.in_document or "requestBody" in self.own_entry
         return self._heeds_keys and self.call.body is None and not reads_itself
 

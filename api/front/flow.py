@@ -33,7 +33,7 @@ class Timer:
 
     @property
     def is_due(self) -> bool:
-        """Whether something is due."""
+        """True if a call is due."""
         return self._handle is not None
 
 
@@ -47,7 +47,7 @@ class RestTimer(Timer):
         self._until = inf
 
     def begin(self, seconds: float, then: Callable[[], object]) -> None:
-        """Call `then` after so many seconds, if the rest has not ended before."""
+        """Call `then` after a number of seconds, if the rest has not ended before."""
         self._until = asyncio.get_running_loop().time() + seconds
         if not self.is_due:
             self.start(seconds, partial(self._look, then))
@@ -78,7 +78,7 @@ class Flow:
         self.room: asyncio.Event | None = None
         """Set when there is room for more of an answer; None: there is."""
         self.held = self._paused = False
-        """Whether there is enough to parse; whether the transport does not read."""
+        """True if there is enough to parse; true if the transport does not read."""
 
     # what comes in
 
