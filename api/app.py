@@ -46,6 +46,7 @@ class Application(FastAPI):
     """An application that gives each request an id before anything can go wrong with it."""
 
     plant: Plant
+    access: Access
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Answer without FastAPI's telemetry, which is off."""
@@ -61,7 +62,7 @@ class Application(FastAPI):
         origins, journal = server.allowed_origins, plant.journal
         routes = RouteIndex(self.router.routes, self.router)
         keys = Keys(plant, journal) if journal else None
-        idempotent = partial(IdempotentRequests, keys, self.state.access, routes) if keys else None
+        idempotent = partial(IdempotentRequests, keys, self.access, routes) if keys else None
         entrance = Entrance(
             SameSite(server.names, origins, server.client_networks),
             routes,
@@ -99,10 +100,10 @@ _KEY: Final = {
 
 def create_app(
     plant: Plant, credentials: Credentials | None = None, besides: Iterable[Operation] = ()
-) -> FastAPI:
+) -> Application:
     """Make the application, with operations of its own `besides`. The server starts and closes the plant.
 
-    Without credentials nobody gets in, unless the configuration lets everybody in.
+    Without credentials no caller gets in, unless the configuration lets every caller in.
     """
     root_path = plant.config.server.root_path
     app = Application(
@@ -121,7 +122,7 @@ def create_app(
     )
     app.plant = plant
     plant.credentials = credentials or plant.credentials
-    app.state.access = Access(plant)
+    app.access = Access(plant)
     app.state.traffic = traffic = Traffic()
     app.state.metrics = metrics_of(plant, traffic)
     problems.install(app, partial(calls_for, plant))
@@ -145,6 +146,6 @@ def create_app(
 
 async def _nowhere(scope: Scope, _receive: Receive, _send: Send) -> None:
     """Answer as to every request, where a WebSocket would only be closed; without a good key 401 says all."""
-    access: Access = scope["app"].state.access
+    access: Access = scope["app"].access
     with access.require(scope, Right.VIEW, any_scope=True):
         raise HTTPException(404)

@@ -1,4 +1,4 @@
-"""The page on which somebody with a browser shows a key, or a code, once, and goes on with a session."""
+"""The page on which a person with a browser shows a key, or a code, once, and goes on with a session."""
 
 from base64 import b64encode
 from collections.abc import Mapping

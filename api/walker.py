@@ -13,6 +13,7 @@ from api.common.etags import header_of, matching
 from api.common.idempotency import has_key
 from api.common.parameters import Endpoint, taking
 from api.common.requests import (
+    JsonResponse,
     begun_response,
     content_response,
     json_response,
@@ -30,7 +31,6 @@ from gateway.door.results import Result
 from gateway.door.table import Effect, Operation, PlainText, Written, names_in
 
 WAIT = "wait"
-JSON = "application/json"
 
 
 def routes(operations: Iterable[Operation], by_hand: Iterable[HttpRoute]) -> Iterator[HttpRoute]:
@@ -124,10 +124,10 @@ def _response(request: Request, operation: Operation, result: Any, waited_s: flo
         case PlainText():
             return Response(result.content, headers={**headers, **result.beside}, media_type=operation.media)
         case Written():
-            return Response(result.json, headers=headers, media_type=JSON)
+            return JsonResponse(result.json, headers=headers)
         case BaseModel():
             content = result.model_dump_json(exclude_unset=operation.named_only)
-            return Response(content, headers=headers, media_type=JSON)
+            return JsonResponse(content, headers=headers)
     return content_response(result, headers=headers)
 
 

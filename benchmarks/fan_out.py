@@ -18,7 +18,7 @@ from benchmarks.processes import announced, free_port, module, set_apart
 from benchmarks.stop_latency import teach_speeds
 
 SUBSCRIBERS = 100
-BODIES = list(range(16))
+BODIES = list(range(17))
 ROUNDS = 5
 MOVE = {"kind": "relative", "direction": "cw", "distance": {"value": 1, "unit": "pulse"}}
 MOVES = [post(f"/bodies/{body:02X}/moves?wait=10", MOVE) for body in BODIES]

@@ -1,4 +1,7 @@
-"""The cost of an HTTP read that goes to the controllers and back, beside a bare FastAPI application's."""
+"""The rates of HTTP reads and settings that go to controllers and back, beside a bare FastAPI application's.
+
+That application writes a setting to the disk first, and sends a fence before it, as the gateway has to.
+"""
 
 import asyncio
 from collections.abc import AsyncIterator
@@ -7,26 +10,31 @@ from statistics import median
 
 from benchmarks.figures import Figure, Target
 from benchmarks.gateways import gateway_on_line
-from benchmarks.http_client import get, latencies, requests_per_s
+from benchmarks.http_client import get, latencies, post, requests_per_s
 from benchmarks.processes import free_port, module, set_apart, simulated_line
 
 BODIES = list(range(16))
 CLIENTS = 16
 ROUNDS = 5
 READS = [get(f"/bodies/{body:02X}/position") for body in BODIES]
+SETTINGS = [post(f"/bodies/{body:02X}/commands/set-homing-retries", {"retries": 1}) for body in BODIES]
+KEPT = [post(f"/bodies/{body:02X}/kept/set-homing-retries", {"retries": 1}) for body in BODIES]
 
 
 async def run(seconds: float) -> list[Figure]:
     """Load gateway and yardstick in turn, each round for a part of the seconds."""
-    share = seconds / ROUNDS / 5
+    share = seconds / ROUNDS / 7
     p50_us: list[list[float]] = []
     rates: list[list[float]] = []
+    settings: list[list[float]] = []
     async with _servers() as ports:
         for port in ports:
             await _p50_us(port, share)  # not counted: caches fill
         for _ in range(ROUNDS):
             p50_us.append([await _p50_us(port, share) for port in ports[:2]])
             rates.append([await requests_per_s(port, CLIENTS, READS, share) for port in ports])
+            asked = zip(ports[::2], (SETTINGS, KEPT), strict=True)
+            settings.append([await requests_per_s(port, CLIENTS, wanted, share) for port, wanted in asked])
     return [
         _figure("HTTP read, 1 client: p50", "us", p50_us, Target("ratio", "<=", 1.35)),
         _figure(
@@ -38,6 +46,10 @@ async def run(seconds: float) -> list[Figure]:
         _figure(
             f"HTTP read, {CLIENTS} clients: beside a bare application on such a line",
             *("req/s", [[ours, on_line] for ours, _, on_line in rates], Target("ratio", ">=", 1.15)),
+        ),
+        _figure(
+            f"HTTP settings, {CLIENTS} clients: beside a bare application with disk and fence",
+            *("req/s", settings, Target("ratio", ">=", 0.9)),
         ),
     ]
 

@@ -1,1 +1,1 @@
-"""What all routes share: problem details, strict requests, the ways a route reads and answers."""
+"""The parts that all routes share: problem details, strict requests, the ways a route reads and answers."""

@@ -40,9 +40,9 @@ from gateway.door.table import LEASED, Right
 log = logging.getLogger(__name__)
 
 STREAMS: Final = frozenset({"/events", "/events/stream"})
-"""What can be about some bodies only, by its query."""
+"""Streams that can be about some bodies only, by their query."""
 RECHECK_S: Final = 5.0
-"""How often it is asked whether the credential of an event stream is still good."""
+"""Seconds between two checks of the credential of an event stream."""
 CLOSE_NOT_AUTHENTICATED: Final = 4401
 _SAFE: Final = frozenset({"GET", "HEAD"})
 _TICKET: Final = "ticket"
@@ -55,7 +55,7 @@ _OWNER_EPOCH: Final = b"owner-epoch"
 _LEASE_TOKENS: Final = re.compile(rb"\s*[1-9][0-9]{0,17}\s*(?:,\s*[1-9][0-9]{0,17}\s*){0,31}")
 _STREAM: Final = "/stream"
 _HEARTBEAT: Final = "/heartbeat"
-"""What keeps a JOG going begins no move."""
+"""The end of a path that keeps a JOG going, which begins no move."""
 
 
 class Access(AccessCheck):
@@ -88,7 +88,7 @@ class Access(AccessCheck):
             raise
 
     def permits(self, scope: Scope, right: Right, *, any_scope: bool = False) -> bool:
-        """Whether `require` would let a request pass; nothing is logged or counted."""
+        """Tell if `require` would let a request pass; nothing is logged or counted."""
         if right is Right.OPEN:
             return True
         try:
@@ -160,7 +160,7 @@ class Access(AccessCheck):
         return self.pendant_of(Grant(EVERYBODY) if self.is_open else self._grant_of(scope), target)
 
     def _targets(self, scope: Scope) -> list[str]:
-        """What a request is about, by its path; events by their query."""
+        """The addresses that a request is about, by its path; those of events by their query."""
         params = scope.get("path_params") or {}
         named = [str(params[name]) for name in self.targets if name in params]
         if named or path_of(scope) not in STREAMS:
@@ -202,7 +202,7 @@ class Access(AccessCheck):
         return replace(good, session=session)
 
     def counts_unknown(self, scope: Scope, detail: str) -> bool:
-        """Whether a refused request came without a good key, and so is counted instead of logged."""
+        """Tell if a refused request came without a good key, and so is counted instead of logged."""
         if self.is_open or CALLER in scope:
             return False
         self._tell(scope, detail)
@@ -232,7 +232,7 @@ class Access(AccessCheck):
 
 @dataclass(frozen=True)
 class Headers:
-    """What a request says of its sender."""
+    """The headers that tell of the sender of a request."""
 
     found: Mapping[bytes, bytes]
 
@@ -251,7 +251,7 @@ class Headers:
 
     @property
     def cookies(self) -> Mapping[str, str]:
-        """What a browser keeps for us."""
+        """The cookies that a browser keeps for us."""
         cookie = self.found.get(_COOKIE)
         return cookie_parser(cookie.decode("latin-1")) if cookie else {}
 
@@ -272,7 +272,7 @@ class Headers:
             self.require_own_page(scope)
 
     def require_own_page(self, scope: Scope) -> None:
-        """Refuse what a page of somebody else makes a signed-in browser send.
+        """Refuse a request that a page of another site makes a signed-in browser send.
 
         :raises NotPermitted: the page is not the gateway's own, or nothing shows that it is.
         """
@@ -299,12 +299,12 @@ def _bearer(shown: bytes) -> str:
 
 
 def is_secure(scope: Scope) -> bool:
-    """Whether the client speaks TLS, with us or with a proxy that we trust."""
+    """True if the client speaks TLS, with us or with a proxy that we trust."""
     return scope.get("scheme") in ("https", "wss")
 
 
 def session_cookie(scope: Scope) -> str:
-    """The name of the cookie; over TLS browsers take it from nobody but this host."""
+    """The name of the cookie; over TLS browsers take it from this host alone."""
     return "__Host-mg-session" if is_secure(scope) else "mg-session"
 
 

@@ -1,4 +1,4 @@
-"""What an endpoint takes of a request: its parts are found once, by its signature, and read at each request.
+"""The parts of a request that an endpoint takes: found once, by its signature, and read at each request.
 
 FastAPI looks for dependencies, queries, headers and cookies at every request, which takes longer than all the
 rest of a read; so it describes the operations, and does not call them.
@@ -33,7 +33,7 @@ class CallPart:
         self._default = parameter.default
         self._field = next((it for it in _told(self.annotation) if isinstance(it, FieldInfo)), None)
         self._is_text = self.annotation is str
-        """Whether every text is good for it."""
+        """True if every text is good for it."""
 
     @cached_property
     def adapter(self) -> TypeAdapter[Any]:
@@ -120,12 +120,12 @@ class Call:
 
 
 def _told(annotation: Any) -> tuple[Any, ...]:
-    """What an annotation tells besides its type."""
+    """The words of an annotation besides its type."""
     return get_args(annotation)[1:] if get_origin(annotation) is Annotated else ()
 
 
 def _is_body(annotation: Any) -> bool:
-    """Whether a parameter takes JSON: by its word for it, or because it is no single value."""
+    """Tell if a parameter takes JSON: by its word for it, or because it is no single value."""
     told = _told(annotation)
     if any(isinstance(it, Query) for it in told):
         return False

@@ -1,4 +1,4 @@
-"""What the route of an operation declares in the OpenAPI document."""
+"""The declarations of an operation's route in the OpenAPI document."""
 
 from typing import Any
 
@@ -61,7 +61,7 @@ def _text(operation: Operation) -> dict[str, Any]:
 
 
 def _at_once(operation: Operation) -> dict[int | str, Any]:
-    """What is said of an answer with nothing under way."""
+    """The words for an answer with nothing under way."""
     if operation.plain is not None:
         return plain_text.given(operation)
     if operation.dated:

@@ -1,4 +1,4 @@
-"""What the documentation tells of its sections, and of the routes of each place."""
+"""The words of the documentation for its sections, and for the routes of each place."""
 
 from collections.abc import Mapping
 from typing import Any, Final

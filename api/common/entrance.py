@@ -72,7 +72,7 @@ class Entrance:
             await self._tell(error, scope, receive, send)
 
     async def _tell(self, error: Exception, scope: Scope, receive: Receive, send: Send) -> None:
-        """Answer with what went wrong; what nobody has foreseen is for the server's log, too."""
+        """Answer with what went wrong; an error that was not foreseen is for the server's log, too."""
         of = Request if scope["type"] == "http" else WebSocket
         kind = next(kind for kind in type(error).__mro__ if kind in self._telling)
         answer: Response | None = await self._telling[kind](of(scope, receive, send), error)

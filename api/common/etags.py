@@ -1,4 +1,4 @@
-"""Entity tags: a change of what somebody has read is refused where it is otherwise now (RFC 9110 13.1.1)."""
+"""Entity tags: a document that is otherwise now than its sender has read is not changed (RFC 9110 13.1.1)."""
 
 import re
 from collections.abc import Callable
@@ -26,7 +26,7 @@ _TAG = re.compile(r'(?:W/)?"[^"]*"')
 
 
 def matching(request: Request) -> Callable[[str], None] | None:
-    """What refuses a document of another tag than `If-Match` names; None where any will do.
+    """A check that refuses a document of another tag than `If-Match` names; None where any will do.
 
     A weak tag names none.
     """

@@ -1,4 +1,4 @@
-"""What is wrong with a request: each fault with its place, what is expected there and what was given."""
+"""The faults of a request: each with its place, what is expected there and what was given."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from difflib import get_close_matches
@@ -13,9 +13,9 @@ from pydantic_core import ErrorDetails
 from protocols.wording import MOST_SHOWN, expectation, sentence, shown, unknown
 
 MOST_FAULTS = 20
-"""So many places of a request are told at once."""
+"""Number of places of a request that are told at once."""
 MOST_ERRORS = 200
-"""So many errors are looked at: there may be one for every few bytes of a request."""
+"""Number of errors that are looked at: there may be one for every few bytes of a request."""
 _MUST_BE: Final = "must be "
 
 
@@ -38,7 +38,7 @@ class InvalidBody(InvalidParts):
 def faults_of(errors: Sequence[ErrorDetails], body: object, shape: object) -> dict[str, str]:
     """Say what is expected at each place of a request; `shape` is the annotation of its body.
 
-    What nobody knows comes first: it is what was meant by something that seems to be missing.
+    Unknown names come first: one of them may have been meant for a member that seems to be missing.
     """
     found: dict[str, list[ErrorDetails]] = {}
     for error in sorted(errors[:MOST_ERRORS], key=_is_known):
@@ -131,7 +131,7 @@ def _models_at(shape: object, location: Sequence[str | int]) -> list[type[BaseMo
 
 
 def _followed(shape: object, location: Sequence[str | int]) -> tuple[list[Any], set[int]]:
-    """What may stand at a place of a request, and which words of the place are tags of unions."""
+    """The shapes that may stand at a place of a request, and its words that are tags of unions."""
     options, tags = list(kinds_of(shape)), set()
     for index, part in enumerate(location):
         inside = [found for option in options for found in _inside(option, part)]
@@ -166,7 +166,7 @@ def _inside(option: Any, part: str | int) -> Iterator[Any]:
 
 
 def _is_tagged(option: Any, part: str | int) -> bool:
-    """Whether a word of an error's place is the tag of a model."""
+    """Tell if a word of an error's place is the tag of a model."""
     return _is_model(option) and any(
         part in _literals(field.annotation) for field in option.model_fields.values()
     )

@@ -34,7 +34,7 @@ MOST_BYTES: Final = 262_144
 
 @dataclass(eq=False)
 class _Answer:
-    """What a request was answered, so that it can be answered again."""
+    """The answer to a request, which can be given again."""
 
     status: int = 0
     headers: list[tuple[str, str]] = field(default_factory=list)
@@ -159,7 +159,7 @@ class IdempotentRequests:
 
 
 def relies_on_key(scope: Scope, right_of: Callable[[Scope], Right | None]) -> bool:
-    """Whether a request changes something, stops nothing, and has a key; its route tells the right."""
+    """Tell if a request changes something, stops nothing, and has a key; its route tells the right."""
     if scope["type"] != "http" or scope["method"] not in WITH_EFFECT or not has_key(scope):
         return False
     return takes_key(scope["method"], scope["path"], right_of(scope))
@@ -179,7 +179,7 @@ def _require_good(key: str) -> None:
 
 
 async def _digest(request: Request, body: bytes) -> str:
-    """Of all that makes it this request; how long its client waits for the end does not."""
+    """A digest of all that makes it this request; how long its client waits for the end is no part of it."""
     asked = [part for part in request.scope["query_string"].split(b"&") if not part.startswith(b"wait=")]
     canonical = _canonical(body) if len(body) <= INLINE_BYTES else await aside(_canonical, body)
     return sha256(b"\0".join([b"&".join(asked), canonical])).hexdigest()

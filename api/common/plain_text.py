@@ -61,11 +61,11 @@ def answer(request: Request, operation: Operation, result: Any) -> Response:
 
 
 def taken(operation: Operation) -> dict[str, Any]:
-    """What the route declares of its request."""
+    """The route's declaration of its request."""
     content = {JSON: {"schema": operation.request.model_json_schema()}}
     return {"requestBody": {"required": True, "content": content}}
 
 
 def given(operation: Operation) -> dict[int | str, dict[str, Any]]:
-    """What the route declares of its answer."""
+    """The route's declaration of its answer."""
     return {200: {"model": operation.result, "content": {TEXT: {"schema": {"type": "string"}}}}}

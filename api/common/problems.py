@@ -1,7 +1,8 @@
-"""Every error as a problem detail (RFC 9457), and which HTTP status it has.
+"""Every error as a problem detail (RFC 9457), and its HTTP status.
 
 Clients repeat 408, 425, 429, 500, 502, 503 and 504 by themselves: so 503 is sent only where nothing was
-written to the line and nothing will be. What may have reached a controller is 409, and `moved` says more.
+written to the line and nothing will be. A request that may have reached a controller is answered 409, and
+`moved` says more.
 """
 
 import logging
@@ -45,7 +46,7 @@ RETRY_AFTER_S = 1
 CALLER: Final = "motion-gateway.caller"
 """Stands in the scope of a request whose sender has shown a good key: the key's name, and its address."""
 SIGN_IN: Final = "/sign-in"
-"""The page that takes a key from somebody with a browser."""
+"""The page that takes the key of a person with a browser."""
 
 
 def _declared(meaning: str) -> dict[str, Any]:
@@ -91,8 +92,8 @@ def _refusal(request: Request, problem: Problem, headers: Mapping[str, str] | No
 
 
 def _is_counted(request: Request, problem: Problem) -> bool:
-    """Whether the door of the application, where it has one, has counted the sender as unknown."""
-    door = getattr(request.app.state, "access", None)
+    """Tell if the door of the application, where it has one, has counted the sender as unknown."""
+    door = getattr(request.app, "access", None)
     return door is not None and bool(door.counts_unknown(request.scope, problem.detail))
 
 
@@ -113,7 +114,7 @@ def _tell_how_to_stop(request: Request, problem: Problem) -> None:
 
 
 def wants_japanese(request: Request) -> bool:
-    """Whether Japanese is what Accept-Language asks for first."""
+    """Tell if Accept-Language asks for Japanese first."""
     first = request.headers.get("accept-language", "").partition(",")[0]
     return first.partition(";")[0].strip().lower().partition("-")[0] == "ja"
 
@@ -156,7 +157,7 @@ async def _tell_gateway_error(remedies: Remedies, request: Request, error: Gatew
 
 
 def _shows_pages(request: Request) -> bool:
-    """Whether somebody opens a page in a browser, who can sign in."""
+    """Tell if a person opens a page in a browser, and so can sign in."""
     head = request.scope["headers"]
     return (b"sec-fetch-mode", b"navigate") in head and request.scope.get("method") == "GET"
 
@@ -179,7 +180,7 @@ async def _tell_http_error(request: Request, error: HTTPException) -> Response:
 
 
 def _meant_by(request: Request) -> str:
-    """Name the path, the part of one or the command that was meant by one that nobody knows."""
+    """Name the path, the part of one or the command that was meant by an unknown one."""
     asked = path_of(request.scope).split("/")
     if whole := _ending_in(request.app.routes, asked[1:]):
         return f" (did you mean {' or '.join(whole)}?)"

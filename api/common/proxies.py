@@ -13,7 +13,7 @@ from gateway.door.opening import Server
 
 
 class Proxies:
-    """Takes X-Forwarded-For and -Proto from trusted proxies, and lets nobody past them in plain text."""
+    """Takes X-Forwarded-For and -Proto from trusted proxies, and lets no client past them in plain text."""
 
     def __init__(self, app: ASGIApp, server: Server) -> None:
         self._app = app
@@ -26,7 +26,7 @@ class Proxies:
 
     @staticmethod
     def concern(server: Server) -> bool:
-        """Whether there may be any, or a path of theirs."""
+        """Tell if there may be any, or a path of theirs."""
         return bool(server.trusted_proxies or server.root_path)
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:

@@ -1,4 +1,4 @@
-"""Queries of requests: a part that nobody knows is refused, for what was meant by it would not be done."""
+"""Queries of requests: an unknown part is refused, for what was meant by it would not be done."""
 
 from collections.abc import Collection
 

@@ -48,12 +48,12 @@ def header_of(request_id: str) -> tuple[bytes, bytes]:
 
 
 def has_begun(scope: Scope) -> bool:
-    """Whether the head of the answer to a request has gone."""
+    """Tell if the head of the answer to a request has gone."""
     return _HAS_BEGUN in scope
 
 
 def _says_how_long(headers: Headers) -> bool:
-    """Whether an answer says itself how long it may be kept."""
+    """Tell if an answer says itself how long it may be kept."""
     for name, _ in headers:  # noqa: SIM110  # at each request: `any` would make a generator
         if name == _CACHE_CONTROL:
             return True
@@ -97,7 +97,7 @@ class RequestIds:
 
 
 def _kind_of(scope: Scope) -> Client:
-    """What somebody has come for."""
+    """The kind of client that a request comes from."""
     if scope["type"] == "websocket":
         return "websocket"
     return "sse" if scope["path"].endswith("/events/stream") else "request"

@@ -1,7 +1,8 @@
 """Routes found by their words, where a search would try hundreds of patterns, one after the other."""
 
 from collections import defaultdict
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
+from functools import lru_cache
 from typing import Final
 
 from starlette.routing import BaseRoute
@@ -11,6 +12,10 @@ from api.common.problems import path_of
 from api.common.routes import HttpRoute
 from gateway.door.table import Right
 
+KNOWN_PATHS: Final = 1024
+"""Paths that were asked for of late, by clients who ask the same again and again."""
+LONGEST_KNOWN: Final = 100
+"""Characters of a path; longer ones are rare, and would take memory."""
 ANY: Final = ""
 """Stands for a last word that is a parameter."""
 
@@ -18,11 +23,12 @@ ANY: Final = ""
 class RouteIndex:
     """Hands a request to its route by its method, and by count, first and last of the words of its path.
 
-    Whatever it does not find goes to the router's own search, which knows what to answer then.
+    A request for which it finds none goes to the router's own search, which knows the answer.
     """
 
     def __init__(self, routes: Iterable[BaseRoute], search: ASGIApp) -> None:
         self._search = search
+        self._found = lru_cache(KNOWN_PATHS)(self._find)
         self._routes: defaultdict[tuple[str | int, ...], list[HttpRoute]] = defaultdict(list)
         for route in routes:
             if isinstance(route, HttpRoute):
@@ -46,11 +52,18 @@ class RouteIndex:
 
     def find(self, scope: Scope) -> HttpRoute | None:
         """Find the route of a request, and note in the scope what its path says."""
-        words = (path_of(scope) if scope.get("root_path") else scope["path"]).split("/")
+        path = path_of(scope) if scope.get("root_path") else scope["path"]
+        find = self._found if len(path) <= LONGEST_KNOWN else self._find
+        route, params = find(scope["method"], path)
+        if route is not None:
+            scope["endpoint"], scope["path_params"], scope["route"] = route.endpoint, dict(params), route
+        return route
+
+    def _find(self, method: str, path: str) -> tuple[HttpRoute | None, Mapping[str, str]]:
+        words = path.split("/")
         for last in (words[-1], ANY):
-            for route in self._routes.get((scope["method"], len(words), *words[1:2], last), ()):
+            for route in self._routes.get((method, len(words), *words[1:2], last), ()):
                 params = route.params_in(words)
                 if params is not None:
-                    scope.update(endpoint=route.endpoint, path_params=params, route=route)
-                    return route
-        return None
+                    return route, params
+        return None, {}

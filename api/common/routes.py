@@ -30,20 +30,20 @@ class Guarded(BaseRoute):
         super().__init__(*args, **options)
 
     cookie_suffices = False
-    """Whether a session needs no second secret here."""
+    """True if a session needs no second secret here."""
 
     async def handle(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Refuse, or do what the route does."""
         await self.let_in(super().handle, scope, receive, send)
 
     def is_open_to(self, scope: Scope) -> bool:
-        """Whether a request may use it, by all but its body."""
-        access: Access = scope["app"].state.access
+        """Tell if a request may use it, by all but its body."""
+        access: Access = scope["app"].access
         return access.permits(scope, self.right, any_scope=self.any_scope)
 
     async def let_in(self, app: ASGIApp, scope: Scope, receive: Receive, send: Send) -> None:
         """Refuse, or let an application answer."""
-        access: Access = scope["app"].state.access
+        access: Access = scope["app"].access
         suffices = self.cookie_suffices
         passage = access.require(scope, self.right, any_scope=self.any_scope, cookie_suffices=suffices)
         with passage:
@@ -100,12 +100,12 @@ class HttpRoute(Guarded, APIRoute):
 
     @property
     def in_document(self) -> bool:
-        """Whether the OpenAPI document has it."""
+        """True if the OpenAPI document has it."""
         return bool(self._options.get("include_in_schema", True))
 
     @property
     def own_entry(self) -> dict[str, Any]:
-        """What its OpenAPI entry has besides what FastAPI finds."""
+        """The parts of its OpenAPI entry that FastAPI does not find."""
         told = {**self._options, **self._told()}.get("openapi_extra") or {}
         return {**({"security": []} if self.right is Right.OPEN else {}), **told}
 

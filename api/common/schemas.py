@@ -1,4 +1,4 @@
-"""What generators of clients need of the OpenAPI document, and FastAPI does not write."""
+"""The parts of the OpenAPI document that generators of clients need, and FastAPI does not write."""
 
 from collections.abc import Callable, Iterable, Iterator
 from copy import deepcopy
@@ -12,7 +12,7 @@ Schema = dict[str, Any]
 _REFERENCE = "#/components/schemas/"
 _JSON = "application/json"
 COMMAND = "/commands/"
-"""What only paths of single rows of the command tables have."""
+"""The part of a path that only single rows of the command tables have."""
 
 
 _KEY: Final[Schema] = {
@@ -34,7 +34,7 @@ def complete(document: Schema) -> None:
     """Describe sections, name the Idempotency-Key, show examples, and put defaults into descriptions.
 
     Strict TypeScript demands a member that has a default, for a reader always finds it; but here
-    somebody writes it.
+    a client writes it.
     """
     for path, item in document["paths"].items():
         for method, operation in item.items():

@@ -11,7 +11,6 @@ from starlette.types import Receive, Scope, Send
 
 from api.common.calling import NOTHING, Call
 from api.common.faults import InvalidBody
-from api.common.idempotency import HEADER as KEY
 from api.common.idempotency import READS, WITH_EFFECT, require_no_key
 from api.common.query_params import require_known
 from api.common.routes import HttpRoute
@@ -90,7 +89,7 @@ class StrictRoute(HttpRoute):
     """
 
     refuses_keys: ClassVar[bool] = True
-    """Whether it refuses an Idempotency-Key before its body is read."""
+    """True if it refuses an Idempotency-Key before its body is read."""
     request_class: ClassVar[type[StrictRequest]] = StrictRequest
 
     def __init__(self, path: str, endpoint: Callable[..., Any], **options: Any) -> None:
@@ -107,7 +106,7 @@ class StrictRoute(HttpRoute):
 
     @cached_property
     def _takes_nothing(self) -> bool:
-        """Whether a body would be passed over; CSV and programs are read by routes that describe them."""
+        """True if a body would be passed over; CSV and programs are read by routes that describe them."""
         reads_itself = not self.in_document or "requestBody" in self.own_entry
         return self._heeds_keys and self.call.body is None and not reads_itself
 
@@ -126,7 +125,7 @@ class StrictRoute(HttpRoute):
         request = self.request_class(scope, receive)
         if not self._stops and scope["query_string"]:
             require_known(request, self.call.query)
-        if self._refuses_keys and any(name == KEY for name, _ in scope["headers"]):
+        if self._refuses_keys:
             require_no_key(request)
         if self._takes_nothing and _has_body(request):
             await _require_nothing(request)

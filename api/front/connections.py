@@ -15,14 +15,14 @@ IDLE_S = 1.0
 
 
 class OpenConnection(Protocol):
-    """What can be made to end."""
+    """A connection that can be made to end."""
 
     def give_way(self) -> None:
         """End at once."""
 
 
 class Admitted(Enum):
-    """What a connection may ask for."""
+    """The requests that a connection may make."""
 
     EVERYTHING = auto()
     STOPS = auto()
@@ -33,7 +33,7 @@ class ConnectionLimit:
     """Decides what a new connection may ask for.
 
     At the limit the connection that has been idle longest makes room. Where none is idle a new one may ask
-    for stops only. Of these there are `reserve`; then the oldest that has not asked for one yet makes room.
+    for stops only. There are `reserve` of these; then the oldest that has not asked for one yet makes room.
     """
 
     def __init__(self, limit: int, reserve: int = RESERVE, clock: Callable[[], float] = monotonic) -> None:

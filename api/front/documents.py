@@ -43,7 +43,7 @@ _NONE = "q=0"
 _FOLDERS: Final = (Path(__file__).parent / "openapi", Path(__file__).parents[2] / "openapi")
 """Where the OpenAPI documents are: in the installed package, or beside the sources."""
 _WORTH_PACKING = 0.9
-"""What gzip does not make shorter than this share is sent as it is."""
+"""The share of its length below which gzip has to make a document, or it is sent as it is."""
 
 
 @dataclass(frozen=True)
@@ -95,7 +95,7 @@ class Document:
 
 
 def _takes_gzip(accepted: str) -> bool:
-    """Whether Accept-Encoding has gzip, or everything, with another quality than 0 (RFC 9110 12.5.3)."""
+    """Tell if Accept-Encoding has gzip, or everything, with another quality than 0 (RFC 9110 12.5.3)."""
     parts = (part.partition(";") for part in "".join(accepted.lower().split()).split(","))
     qualities = {name: quality for name, _, quality in parts}
     quality = qualities.get("gzip", qualities.get("*", _NONE))

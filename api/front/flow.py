@@ -2,6 +2,8 @@
 
 import asyncio
 from collections.abc import Callable
+from functools import partial
+from math import inf
 
 
 class Timer:
@@ -31,8 +33,35 @@ class Timer:
 
     @property
     def is_due(self) -> bool:
-        """Whether something is due."""
+        """True if a call is due."""
         return self._handle is not None
+
+
+class RestTimer(Timer):
+    """Ends a connection on which nothing is asked for; it goes on over the requests that come meanwhile."""
+
+    __slots__ = ("_until",)
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._until = inf
+
+    def begin(self, seconds: float, then: Callable[[], object]) -> None:
+        """Call `then` after a number of seconds, if the rest has not ended before."""
+        self._until = asyncio.get_running_loop().time() + seconds
+        if not self.is_due:
+            self.start(seconds, partial(self._look, then))
+
+    def end(self) -> None:
+        """Call nothing before the next rest is over."""
+        self._until = inf
+
+    def _look(self, then: Callable[[], object]) -> None:
+        left_s = self._until - asyncio.get_running_loop().time()
+        if left_s <= 0:
+            then()
+        elif left_s < inf:
+            self.start(left_s, partial(self._look, then))
 
 
 class Flow:
@@ -49,7 +78,7 @@ class Flow:
         self.room: asyncio.Event | None = None
         """Set when there is room for more of an answer; None: there is."""
         self.held = self._paused = False
-        """Whether there is enough to parse; whether the transport does not read."""
+        """True if there is enough to parse; true if the transport does not read."""
 
     # what comes in
 

@@ -1,6 +1,6 @@
 """HTTP/1.1 in front of an ASGI application, with bounds: no client makes the event loop work for long.
 
-Bytes are parsed by httptools. What is asked for behind a request that is not answered yet waits for its
+Bytes are parsed by httptools. A request behind another that is not answered yet waits for its
 turn, and is not begun once its client has left. Stops do not wait: they are begun as soon as their head has
 come, and only their answers keep the order.
 """
@@ -18,7 +18,7 @@ from starlette.types import Scope
 from uvicorn.server import ServerState
 
 from api.front.connections import Admitted, ConnectionLimit
-from api.front.flow import Flow, Timer
+from api.front.flow import Flow, RestTimer, Timer
 from api.front.intake import Inlet, Intake
 from api.front.limits import LINGER_S, ConnectionLimits
 from api.front.pending_requests import PendingRequest
@@ -29,7 +29,7 @@ from api.front.websocket_protocol import WebSocketProtocol
 
 _INSTANCE_BYTES = 200
 _ENOUGH_BYTES: Final = 65_536
-"""So much of a body is read ahead of the application."""
+"""Bytes of a body that are read ahead of the application."""
 FULL: Final = "All connections of the gateway are in use, and only stops and /livez are served beyond them."
 
 
@@ -54,11 +54,11 @@ class HttpProtocol(asyncio.Protocol):
         self._under_way: deque[PendingRequest] = deque()
         """Requests that are not answered yet, in their order; the first has its turn."""
         self._refusal: bytes | None = None
-        """What ends the connection when all that is under way was answered."""
+        """The answer that ends the connection when all requests under way were answered."""
         self._inlet = Inlet(self.intake, self.limits.piece_bytes, self._parse, self._hold)
         self._quiet_bytes = 0
         """Parsed since something last came of it: a head, a part of a body, or the end of a request."""
-        self._deadline, self._rest = Timer(), Timer()
+        self._deadline, self._rest = Timer(), RestTimer()
         """End a connection on which a request does not come as a whole, or on which nothing is asked for."""
 
     # the connection
@@ -116,7 +116,7 @@ class HttpProtocol(asyncio.Protocol):
 
     @property
     def default_headers(self) -> list[tuple[bytes, bytes]]:
-        """Those that the server gives to all answers."""
+        """The headers that the server gives to all answers."""
         return self._server.default_headers
 
     # what comes in
@@ -124,7 +124,7 @@ class HttpProtocol(asyncio.Protocol):
     def data_received(self, data: bytes) -> None:
         """Parse it in pieces that are soon parsed; others have their turn in between."""
         if self._refusal is None:
-            self._rest.cancel()
+            self._rest.end()
             self.connection_limit.ask(self)
         self._inlet.take(data)
 
@@ -166,9 +166,9 @@ class HttpProtocol(asyncio.Protocol):
 
     def read_on(self) -> None:
         """Read, unless there is enough to parse, or of a body that the application has not taken."""
-        it = self._head.request
-        enough = it is not None and it.body.more and not it.answer.over
-        self.flow.read(enough=enough and it is not None and len(it.body.content) > _ENOUGH_BYTES)
+        request = self._head.request
+        enough = request is not None and request.is_ahead_of_application(_ENOUGH_BYTES)
+        self.flow.read(enough=enough)
 
     def _upgrade(self, rest: bytes) -> None:
         """Hand a WebSocket over; read what offers another protocol as if it did not (RFC 9110 7.8)."""
@@ -317,7 +317,7 @@ class HttpProtocol(asyncio.Protocol):
             self._send_refusal()
         else:
             self.read_on()
-            self._rest.start(self._config.timeout_keep_alive, self.transport.close)
+            self._rest.begin(self._config.timeout_keep_alive, self.transport.close)
             self._restart_deadline()
             self.connection_limit.rest(self)
 
@@ -328,7 +328,7 @@ class HttpProtocol(asyncio.Protocol):
             self._deadline.start(self.limits.receive_s, self._too_slow)
 
     def _restart_deadline(self) -> None:
-        """What came behind a request that was being answered had no time of its own yet."""
+        """Give a request that came behind another its own time, now that the other is answered."""
         if self._deadline.cancel():
             self._start_deadline()
 

@@ -31,7 +31,7 @@ class Intake:
         self._light: deque[Inlet] = deque()
         self._heavy: deque[Inlet] = deque()
         self._pauses = False
-        """Whether those give way to a stop."""
+        """True while heavy connections give way to a stop."""
 
     def enter(self, inlet: "Inlet") -> None:
         """Parse what a connection has sent, now or in a later turn."""
@@ -45,7 +45,7 @@ class Intake:
             inlet.wait_in(self._light)
 
     def _turn(self) -> None:
-        used_s, self._used_s = self._used_s, 0.0
+        self._used_s = 0.0
         self._serve_from(self._light)
         if self._heavy and not self._turnstile.stops:
             self._serve_from(self._heavy)
@@ -53,7 +53,7 @@ class Intake:
             self._pauses = True
             after_pause(self._serve_heavy)
         waits = self._heavy and not self._pauses
-        self._turning = bool(used_s or self._used_s or self._light or waits)
+        self._turning = bool(self._used_s or self._light or waits)
         if self._turning:
             asyncio.get_running_loop().call_soon(self._turn)
 
@@ -65,7 +65,7 @@ class Intake:
             asyncio.get_running_loop().call_soon(self._turn)
 
     def _has_time(self) -> bool:
-        """Whether there is some left in this turn; there is less while a stop is under way."""
+        """Tell if time is left in this turn; there is less while a stop is under way."""
         limits = self._limits
         return self._used_s < (limits.connection_s if self._turnstile.stops else limits.turn_s)
 
@@ -96,7 +96,7 @@ class Inlet:
         self.unread = bytearray()
         self._intake, self._piece_bytes, self._parse, self._hold = intake, piece_bytes, parse, hold
         self._waits = False
-        """Whether it is in a queue."""
+        """True while it is in a queue."""
         self._parses = False
         self._passed_over: int | None = None
 

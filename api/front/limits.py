@@ -1,4 +1,4 @@
-"""What a client may take up: of connections, of time, and of each turn of the event loop."""
+"""The bounds of a client: connections, time, and its part of each turn of the event loop."""
 
 from dataclasses import dataclass
 
@@ -24,10 +24,10 @@ class ConnectionLimits:
     connection_s: float = 0.0002
     """Time for which one connection's bytes are parsed in a turn of the loop; a piece is, however long."""
     turn_s: float = 0.001
-    """The same for all connections together. A stop takes half a dozen turns to its answer."""
+    """Seconds of the same for all connections together. A stop takes half a dozen turns to its answer."""
 
 
 LINGER_S = 0.5
 """A refused connection stays open for this time, so that its client can read why."""
 LINGER_BYTES = 262_144
-"""So much of what its client still sends is taken, and passed over."""
+"""Bytes that its client still sends and that are taken, and passed over."""

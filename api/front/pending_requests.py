@@ -19,7 +19,7 @@ _CONTINUE: Final = b"HTTP/1.1 100 Continue\r\n\r\n"
 
 
 class RequestConnection(Protocol):
-    """What a request needs of its connection."""
+    """A connection, as its requests see it."""
 
     transport: asyncio.Transport
     flow: Flow
@@ -44,8 +44,8 @@ class RequestBody:
         self.content = bytearray()
         self.more = True
         self.news = self.taken = self.awaited = False
-        """Whether something has come that the application has not seen; whether it was told all; whether it
-        waits for more, and so has done nothing yet."""
+        """True if something has come that the application has not seen; if it was told all; if it waits for
+        more, and so has done nothing yet."""
         self._arrived: asyncio.Event | None = None
 
     def add(self, part: bytes, *, more: bool) -> None:
@@ -77,8 +77,8 @@ class RequestBody:
         return {"type": "http.request", "body": content, "more_body": self.more}
 
 
-class Answer:
-    """What is sent of an answer: its head with the beginning of its body, then the rest."""
+class HttpAnswer:
+    """The bytes of an answer: its head with the beginning of its body, then the rest."""
 
     __slots__ = ("_bare", "_chunked", "_head", "_left", "begun", "over")
 
@@ -140,33 +140,37 @@ class PendingRequest:
     ) -> None:
         self.is_stop = is_stop
         self.is_urgent = is_urgent
-        """Whether it begins as soon as it has its turn on its connection, however many others ask."""
+        """True if it begins as soon as it has its turn on its connection, however many others ask."""
         self.keep_alive = keep_alive
-        """Whether the connection goes on after the answer."""
+        """True if the connection goes on after the answer."""
         self.has_turn = False
-        """Whether it may be answered: all before it are."""
+        """True if it may be answered: all before it are."""
         self.on_end: Callable[[], None] | None = None
         """Called when it has ended, in whatever way."""
         self.started = self._begun = False
-        """Whether it waits no more for its turn to begin; whether the application has it."""
+        """True if it waits no more for its turn to begin; true if the application has it."""
         self.gone = False
-        """Whether nobody waits for the answer any more."""
+        """True if its client waits for the answer no more."""
         self.body = RequestBody()
-        self.answer = Answer(bare=scope["method"] == "HEAD")
+        self.answer = HttpAnswer(bare=scope["method"] == "HEAD")
         self._connection, self._app, self._scope = connection, app, scope
         self._continues = continues
-        """Whether the client waits for a word before it sends the body."""
+        """True if the client waits for a word before it sends the body."""
         self._turn: asyncio.Event | None = None
 
     @property
     def undone(self) -> bool:
-        """Whether it is certain that nothing was done yet: it waits for its turn, or for its body."""
+        """True if it is certain that nothing was done yet: it waits for its turn, or for its body."""
         return not self._begun or self.body.awaited
 
     @property
     def leaves_unread(self) -> bool:
-        """Whether it is answered for good before its body has come, so that more of it may be under way."""
+        """True if it is answered for good before its body has come, so that more of it may be under way."""
         return self.body.more and not self.keep_alive
+
+    def is_ahead_of_application(self, most: int) -> bool:
+        """Tell if more bytes of its body have come than `most`, and the application is yet to take them."""
+        return self.body.more and not self.answer.over and len(self.body.content) > most
 
     def give_up(self) -> None:
         """Its client has left, or it can never be read as a whole."""

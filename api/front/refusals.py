@@ -58,7 +58,7 @@ class Refused(Exception):
 
 
 def refusal_in(error: httptools.HttpParserError) -> Refused:
-    """What was raised while the parser called us, or what it found itself."""
+    """The refusal that was raised while the parser called us, or one for what it found itself."""
     reason = error.__context__
     if isinstance(reason, Refused):
         return reason

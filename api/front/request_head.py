@@ -17,7 +17,7 @@ _KEY: Final = re.compile(rb"[A-Za-z0-9+/]{22}==")
 
 
 class ConnectionScope:
-    """What all requests of a connection have in common, as ASGI has it."""
+    """The common part of the scopes of a connection's requests, as ASGI has it."""
 
     def __init__(self, transport: asyncio.BaseTransport, root_path: str) -> None:
         self._common: dict[str, Any] = {
@@ -71,13 +71,13 @@ class RequestHead:
         self.lines: list[tuple[bytes, bytes]] = []
         self.expects_continue = False
         self.receiving = True
-        """Whether the request is not there as a whole."""
+        """True until the request is there as a whole."""
         self.in_body = False
         self.is_stop = self.is_life_sign = self.is_urgent = False
         self.opens: dict[str, Any] = {}
-        """What is known of a WebSocket that is being opened."""
+        """The scope of a WebSocket that is being opened."""
         self.request: PendingRequest | None = None
-        """What was made of it, once it had come as a whole."""
+        """The request that was made of it, once it had come as a whole."""
 
     def take(self, name: bytes, value: bytes, most: int) -> None:
         """Take a header line.
@@ -104,7 +104,7 @@ class RequestHead:
 
     @property
     def opens_websocket(self) -> bool:
-        """Whether a request that offers another protocol offers this one."""
+        """True if a request that offers another protocol offers this one."""
         headers = dict(self.lines)
         offered = [token.strip() for token in headers.get(b"connection", b"").lower().split(b",")]
         return b"upgrade" in offered and headers.get(b"upgrade", b"").lower() == b"websocket"

@@ -14,15 +14,15 @@ _ENDINGS: Final = ("/stop", *(f"/commands/{name}" for name in _STOPS))
 
 
 def is_stop(method: str, path: str) -> bool:
-    """Whether a request stops something by software: a route `.../stop`, or a stop command's own route."""
+    """Tell if a request stops something by software: a route `.../stop`, or a stop command's own route."""
     return method == "POST" and path.endswith(_ENDINGS)
 
 
 def is_heartbeat(method: str, path: str) -> bool:
-    """Whether a request keeps a jog going, which ends half a second after the last one."""
+    """Tell if a request keeps a jog going, which ends half a second after the last one."""
     return method == "POST" and path.endswith(_HEARTBEAT)
 
 
 def is_life_sign(method: str, path: str) -> bool:
-    """Whether a request asks if the process answers: an orchestrator kills one that does not."""
+    """Tell if a request asks for a sign of life: an orchestrator kills a process that gives none."""
     return method in ("GET", "HEAD") and path.endswith(_LIFE_SIGN)

@@ -7,7 +7,7 @@ from time import thread_time
 from typing import Final
 
 AT_ONCE: Final = 4
-"""Those that begin together wait together: equal reads share a frame, and settings one write to the disk.
+"""Requests that begin together wait together: equal reads share a frame, and settings one write to the disk.
 
 A read takes up to half a millisecond, and all that is ready in one turn is done before the next.
 """
@@ -20,7 +20,7 @@ LONG_TURN_S: Final = 0.002
 STOP_PAUSE_S: Final = 0.005
 """While a stop is under way one request begins in this time: a stop takes a dozen turns to its answer, ..."""
 STOP_TURNS: Final = 4
-"""... and in so many turns of the loop: where other programs have the processor, time passes without any."""
+"""... and in this number of turns of the loop, for time passes without any on a busy processor."""
 
 
 def after_pause(do: Callable[[], None]) -> None:
@@ -49,7 +49,7 @@ class Turnstile:
         self._waiting: deque[Callable[[], None]] = deque()
         self._turning = False
         self._used_s = 0.0
-        """Of the processor, at the last turn."""
+        """Processor time at the last turn."""
         self.stops = 0
         """Stops under way: they do not pass here, but all others give way to them."""
 

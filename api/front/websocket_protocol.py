@@ -26,7 +26,7 @@ from api.front.refusals import Refused, head_of
 from gateway.door.events import Event, Writer
 
 _log = logging.getLogger(__name__)
-"""That of websockets, too, whose lines below warnings have queries and headers, and so keys."""
+"""The log of websockets, too, whose lines below warnings have queries and headers, and so keys."""
 _log.setLevel(logging.WARNING)
 
 EVENTS: Final = "motion_gateway.events"
@@ -36,7 +36,7 @@ SINGLY: Final = "cloudevents.json"
 TOGETHER: Final = "cloudevents-batch.json"
 """The subprotocol of a JSON array in each text frame: all CloudEvents that are sent at once."""
 CLOSE_S: Final = 10.0
-"""So long a client may take to say that it closes, too."""
+"""Seconds that a client may take to say that it closes, too."""
 PING_BYTES: Final = 4
 
 
@@ -59,7 +59,7 @@ class Handshake:
 
     def __init__(self) -> None:
         self.acceptance: Response | None = None
-        """What opens it, until that is sent."""
+        """The response that opens it, until that is sent."""
         self.denial: list[Any] = []
         """Status, headers and body of what refuses it."""
         self.answered = False
@@ -103,12 +103,12 @@ class WebSocketProtocol(asyncio.Protocol):
         self._config, self._server = config, server_state
         self._conn = ServerProtocol(max_size=config.ws_max_size, logger=_log)
         self._told: asyncio.Queue[Message] = asyncio.Queue()
-        """What the application is to receive."""
+        """The messages that the application is to receive."""
         self._handshake = Handshake()
         self._closes = self._lost = self._in_use = False
-        """Whether the end has begun; whether it is over; whether the application has it."""
+        """True if the end has begun; if it is over; if the application has it."""
         self._timer = Timer()
-        """Of the next ping, of its pong, or of the end."""
+        """The timer of the next ping, of its pong, or of the end."""
         self._ping = b""
         self._inlet = Inlet(self.intake, self.limits.piece_bytes, self._parse, self._hold)
         self._heard = HeardFrames(self.limits.frames_per_s)

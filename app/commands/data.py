@@ -2,8 +2,6 @@
 
 import os
 import tarfile
-from collections.abc import Iterator
-from contextlib import contextmanager
 from io import BytesIO
 from pathlib import Path
 from shutil import copyfileobj, rmtree
@@ -13,10 +11,11 @@ from typing import Annotated, BinaryIO, Final
 import typer
 
 from app import exits
+from app.commands.journal import explained
 from app.data_directory import Data, data_directory
 from app.exits import Failure
 from gateway.core.journal import files
-from gateway.core.journal.disk import FILE, LOCK, DiskFailed, NotWritable
+from gateway.core.journal.disk import FILE, LOCK
 from gateway.security import chain
 
 data = typer.Typer(
@@ -24,6 +23,7 @@ data = typer.Typer(
     no_args_is_help=True,
 )
 _PRIVATE_FILE, _PRIVATE_FOLDER = 0o600, 0o700
+_UNCHANGED: Final = "; nothing was changed"
 _NOT_COPIED: Final = (FILE, f"{FILE}-wal", f"{FILE}-shm", LOCK)
 """The journal is copied by SQLite; who holds it is no matter of a copy."""
 
@@ -37,7 +37,7 @@ def backup(target: Kept, data: Data = None) -> None:
     The file holds what lets callers in: keep it as the directory itself.
     """
     directory = data or data_directory()
-    with _told():
+    with explained(_UNCHANGED):
         if not directory.is_dir():
             raise Failure(f"There is no directory {directory}; nothing was written.", exits.USAGE)
         handle = os.open(target, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_CLOEXEC, _PRIVATE_FILE)
@@ -78,7 +78,7 @@ def _add(archive: tarfile.TarFile, name: str, content: bytes) -> None:
 def restore(source: Kept, data: Data = None) -> None:
     """Bring a data directory back from a file of `data backup`; there must be none yet, or an empty one."""
     directory = (data or data_directory()).absolute()
-    with _told():
+    with explained(_UNCHANGED):
         if directory.exists() and any(directory.iterdir()):
             raise Failure(
                 f"{directory} is not empty; nothing was changed. Stop its gateway, and move it away first.",
@@ -100,9 +100,12 @@ def restore(source: Kept, data: Data = None) -> None:
 
 def _unpack(source: Path, folder: Path) -> None:
     """Write all that a file holds; what is no copy of a data directory is refused."""
-    with tarfile.open(source, "r:gz") as archive:
-        for member in archive:
-            _extract(archive, member, folder)
+    try:
+        with tarfile.open(source, "r:gz") as archive:
+            for member in archive:
+                _extract(archive, member, folder)
+    except (tarfile.TarError, EOFError) as error:
+        raise Failure(f"This is no copy of a data directory ({error}){_UNCHANGED}.", exits.USAGE) from None
     for path in (folder, *folder.rglob("*")):
         path.chmod(_PRIVATE_FOLDER if path.is_dir() else _PRIVATE_FILE)
     if not (folder / FILE).is_file():
@@ -130,21 +133,3 @@ def _extract(archive: tarfile.TarFile, member: tarfile.TarInfo, folder: Path) ->
         path.parent.mkdir(parents=True, exist_ok=True)
         with content, path.open("wb") as file:
             copyfileobj(content, file)
-
-
-@contextmanager
-def _told() -> Iterator[None]:
-    """Tell in one sentence why a copy was not made, or not brought back."""
-    try:
-        yield
-    except FileExistsError as error:
-        raise Failure(f"{error.filename} exists already; nothing was written.", exits.USAGE) from None
-    except (NotWritable, DiskFailed) as error:
-        raise Failure(f"The journal cannot be used: {error}.", exits.REFUSED) from None
-    except (tarfile.TarError, EOFError) as error:
-        raise Failure(
-            f"This is no copy of a data directory ({error}); nothing was changed.", exits.USAGE
-        ) from None
-    except OSError as error:
-        place = f"{error.filename}: " if error.filename else ""
-        raise Failure(f"{place}{error.strerror or error}; nothing was changed.", exits.USAGE) from None

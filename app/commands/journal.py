@@ -26,7 +26,7 @@ journal = typer.Typer(
 def verify(data: Data = None) -> None:
     """See whether a journal is sound, and print what is wrong with it."""
     directory = data or data_directory()
-    with _journals():
+    with explained():
         complaints = files.verify(directory)
         for complaint in complaints:
             typer.echo(complaint)
@@ -43,7 +43,7 @@ def verify(data: Data = None) -> None:
 @journal.command()
 def export(data: Data = None) -> None:
     """Print every entry as a line of JSON, with the name of its table."""
-    with _journals():
+    with explained():
         for row in files.export(data or data_directory()):
             typer.echo(json.dumps(row, ensure_ascii=False))
 
@@ -54,7 +54,7 @@ def backup(
     data: Data = None,
 ) -> None:
     """Copy a journal as it is at one moment."""
-    with _journals():
+    with explained():
         files.backup(data or data_directory(), target)
     typer.echo(f"The journal was copied to {target}.")
 
@@ -70,7 +70,7 @@ def prune(
     ] = Retention.mebibytes,
 ) -> None:
     """Forget what is too old or too much, and give its room back unless a gateway runs."""
-    with _journals():
+    with explained():
         kept = Retention(days=days, events=events, moves=moves, mebibytes=mebibytes)
         pruned = files.prune(data or data_directory(), kept)
     typer.echo(f"{pruned.forgotten} entries were forgotten.")
@@ -82,8 +82,11 @@ def prune(
 
 
 @contextmanager
-def _journals() -> Iterator[None]:
-    """Tell in one sentence why a journal could not be used."""
+def explained(unchanged: str = "") -> Iterator[None]:
+    """Tell in one sentence why files of a data directory could not be used; `unchanged` is its last clause.
+
+    :raises Failure: they could not.
+    """
     try:
         yield
     except FileExistsError as error:
@@ -95,6 +98,8 @@ def _journals() -> Iterator[None]:
     except BrokenPipeError:
         raise  # nobody reads on
     except OSError as error:
-        raise Failure(error.strerror or str(error), exits.USAGE) from None
+        place = f"{error.filename}: " if error.filename else ""
+        told = f"{place}{error.strerror}{unchanged}." if error.strerror else str(error)  # which is a sentence
+        raise Failure(told, exits.USAGE) from None
     except sqlite3.Error as error:
         raise Failure(f"The journal cannot be read: {error}.", exits.REFUSED) from None

@@ -2,6 +2,7 @@
 
 from collections.abc import Awaitable, Callable, Iterator, Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 from inspect import Parameter, Signature, getdoc, signature
 from typing import Annotated, Any, Final, Literal, NamedTuple, TypeVar, get_origin
 from warnings import catch_warnings, simplefilter
@@ -160,12 +161,12 @@ class Operation:
     http_only: str | None = None
     """Why only HTTP can serve it."""
 
-    @property
+    @cached_property
     def keyed(self) -> bool:
         """True if only the request tells whether its sender may rely on a key."""
         return KEYED in self.provided
 
-    @property
+    @cached_property
     def named(self) -> list[str]:
         """The parameters of its path."""
         return names_in(self.path)

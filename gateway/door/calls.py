@@ -2,10 +2,9 @@
 
 import logging
 from collections.abc import Callable, Mapping, Sequence
-from contextlib import AsyncExitStack
 from datetime import UTC, datetime
 from functools import cache, partial
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
 
 from pydantic_core import to_json
 
@@ -53,41 +52,39 @@ async def carry_out(
     :raises LeaseRefused: another caller has a lease there; nothing was sent.
     :raises GatewayError: it was not carried out, or that cannot be known; the error says which.
     """
+    way = _way_of(operation)
     before = ORIGIN.set(ORIGIN.get())
     try:
         _admit(plant, operation, values)
-        do_each("the record of a request", partial(_note, plant, operation, values))
-        taken = {name: values[name] for name in operation.parameters if name in values}
-        if (request := operation.request_name) is not None and request in values:
-            taken[request] = values[request]
-        for name, find in _finders(operation):
-            taken[name] = find(plant, values)
+        if way.is_noted:
+            do_each("the record of a request", partial(_note, plant, operation, values))
+        taken = {name: values[name] for name in way.given if name in values}
+        found = {name: find(plant, values) for name, find in way.finders}
+        taken |= found
         if operation.expects:
             taken[EXPECTS] = expects
         if operation.keyed:
             taken[KEYED] = keyed
-        async with AsyncExitStack() as looking:
-            if operation.effect in (
-                Effect.READ,
-                Effect.SETTING,
-            ):  # before a change it is looked what there is
-                for thing in taken.values():
-                    if isinstance(thing, Looked):
-                        await looking.enter_async_context(thing.looking())
-            return await operation.run(**taken)
+        looked = [it for it in found.values() if isinstance(it, Looked)] if way.looks else []
+        return await (_looking(operation, taken, looked) if looked else operation.run(**taken))
     finally:
         ORIGIN.reset(before)
 
 
+async def _looking(operation: Operation, taken: Mapping[str, Any], things: Sequence[Looked]) -> Any:
+    """Run an operation, and leave no trace of its questions at these controllers."""
+    if not things:
+        return await operation.run(**taken)
+    async with things[0].looking():
+        return await _looking(operation, taken, things[1:])
+
+
 def _note(plant: Plant, operation: Operation, values: Mapping[str, Any]) -> None:
-    """Keep what is asked of the lines for recordings; what only an administrator may ask is not among it."""
-    concerns_lines = operation.effect is not Effect.READ or operation.path.startswith(_OF_LINES)
-    if operation.right is Right.ADMIN or not concerns_lines or operation.path.startswith(_OF_RECORDINGS):
-        return
-    at_ns, monotonic_ns = clocks()
+    """Keep a request that concerns lines, to be recorded."""
     origin = ORIGIN.get()
     if (origin.caller or "").startswith(_BY_ITSELF):
         return
+    at_ns, monotonic_ns = clocks()
     told = {
         "at": datetime.fromtimestamp(at_ns / 1e9, UTC),
         "monotonic_ns": monotonic_ns,
@@ -137,18 +134,47 @@ def _named(operation: Operation, values: Mapping[str, Any]) -> Sequence[str]:
 def _only_asks(operation: Operation, values: Mapping[str, Any]) -> bool:
     """True if the request is to be checked or planned only, not carried out."""
     request = values.get(operation.request_name or "")
-    return getattr(request, "validate_only", False) or getattr(request, "dry_run", False)
+    return request is not None and any(getattr(request, it) for it in _trials_of(request.__class__))
 
 
 @cache
-def _finders(operation: Operation) -> tuple[tuple[str, Finder], ...]:
-    """The functions that find the values an operation is provided with.
+def _trials_of(request: type) -> Sequence[str]:
+    """The members of a request that ask for a trial; to look for what a model does not have takes long."""
+    members = getattr(request, "model_fields", ())
+    return [it for it in ("validate_only", "dry_run") if it in members]
+
+
+class _Way(NamedTuple):
+    """The ways in which an operation comes by its arguments, worked out once."""
+
+    given: Sequence[str]
+    """The names of what a caller gives."""
+    finders: Sequence[tuple[str, Finder]]
+    """The functions that find the values it is provided with."""
+    looks: bool
+    """True if it may ask a controller that keeps a trace of that, as changes do before they begin."""
+    is_noted: bool
+    """True if requests for it are kept to be recorded; those of administrators alone are not."""
+
+
+@cache
+def _way_of(operation: Operation) -> _Way:
+    """Work the ways of an operation out.
 
     :raises TypeError: no function finds a value of that type.
     """
     ids = [name for name in names_in(operation.path) if name not in operation.parameters]
     provided = {name: kind for name, kind in operation.provided.items() if name not in (EXPECTS, KEYED)}
-    return tuple((name, _finder(kind, operation.path, ids)) for name, kind in provided.items())
+    request = () if operation.request_name is None else (operation.request_name,)
+    concerns_lines = operation.effect is not Effect.READ or operation.path.startswith(_OF_LINES)
+    return _Way(
+        given=(*operation.parameters, *request),
+        finders=[(name, _finder(kind, operation.path, ids)) for name, kind in provided.items()],
+        looks=operation.effect in (Effect.READ, Effect.SETTING),
+        is_noted=concerns_lines
+        and operation.right is not Right.ADMIN
+        and not operation.path.startswith(_OF_RECORDINGS),
+    )
 
 
 def _finder(kind: type, path: str, ids: list[str]) -> Finder:

@@ -12,7 +12,7 @@ from gateway.core.origin import current
 from gateway.core.rights import RIGHT_OF, Right
 from gateway.core.targets import Stopped, Target
 from gateway.door import moving, stopping
-from gateway.door.doing import do
+from gateway.door.doing import do_admitted
 from gateway.door.names import NAMES
 from gateway.door.results import GroupMove, GroupReply, StopResult
 from gateway.door.stops import SLOWLY, StopRequest
@@ -68,7 +68,7 @@ def _operation(family: type[Family], place: TargetKind, row: Row) -> Operation:
     waits = row.starts_motion() and row not in family.sessions
 
     async def send(plant: Plant, command: Any, wait: float | None = None, **names: object) -> Any:
-        return await do(plant, current(), place.path.format(**names), command, wait or 0.0)
+        return await do_admitted(plant, place.path.format(**names), command, wait or 0.0)
 
     names = {name: NAMES.get(name, str) for name in names_in(place.path)}
     taken = {"plant": Plant, **names, "command": row, **({"wait": Wait} if waits else {})}

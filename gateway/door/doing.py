@@ -23,13 +23,28 @@ async def do(
     wait_s: float = 0.0,
     start_within_s: float = START_WITHIN_S,
 ) -> Result:
+    """Carry out a command for a caller who has the right; errors as of `do_admitted`.
+
+    :raises NotPermitted: the caller has it not; nothing was sent.
+    :raises LeaseRefused: somebody else has a lease there; nothing was sent.
+    """
+    require(plant, RIGHT_OF[command.effect], target)
+    return await do_admitted(plant, target, command, wait_s, start_within_s)
+
+
+async def do_admitted(
+    plant: Plant,
+    target: str,
+    command: AnyCommand,
+    wait_s: float = 0.0,
+    start_within_s: float = START_WITHIN_S,
+) -> Result:
     """Carry out a command: a motion makes a move, a stop is seen through to standstill, all else is asked.
 
     `wait_s` is how long the end of a move is waited for, `start_within_s` how long it may wait to be sent.
 
     :raises GatewayError: it was not carried out, or that cannot be known; the error says which.
     """
-    require(plant, RIGHT_OF[command.effect], target)
     if command.effect is Effect.STOP:
         return await twice("a stop", _stop_by, plant, target, command)
     addressed = plant.target(target)

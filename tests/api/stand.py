@@ -11,7 +11,7 @@ import httpx2
 from fastapi import FastAPI
 from httpx2 import ASGITransport, AsyncClient
 
-from api.app import create_app
+from api.app import Application, create_app
 from api.front.websocket_protocol import EVENTS
 from gateway.access.credentials import Credentials
 from gateway.config import Config
@@ -39,7 +39,7 @@ class Stand:
     """All that a story needs."""
 
     plant: TestedPlant
-    app: FastAPI
+    app: Application
     client: AsyncClient
     ports: dict[str, SimulatedLine]
 

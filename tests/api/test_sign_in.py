@@ -69,7 +69,7 @@ async def test_the_second_secret_is_given_once_to_the_session_that_has_begun(
     proof = await proof_of(stand, place, **mine)
     assert (await stand.post(f"/sign-in/{claim}", **mine)).status_code == 401
     assert (await stand.get("/bodies", **mine, **proof)).status_code == 200
-    assert proof["session-proof"] not in repr(stand.app.state.access.sessions.__dict__)
+    assert proof["session-proof"] not in repr(stand.app.access.sessions.__dict__)
     for cookie_of_another in ({}, mine):
         _, place, _ = await sign_in(stand, keys.of("operator"))
         stand.client.cookies.clear()

@@ -49,6 +49,7 @@ ROW = re.compile(r"(?P<name>.+?)  .*(ratio|figure) (>=|<=) \S+ +(reached|MISSED)
                 "HTTP read, 1 client: p50",
                 "HTTP read, 16 clients",
                 "HTTP read, 16 clients: beside a bare application on such a line",
+                "HTTP settings, 16 clients: beside a bare application with disk and fence",
             ],
         ),
         (
@@ -93,7 +94,7 @@ ROW = re.compile(r"(?P<name>.+?)  .*(ratio|figure) (>=|<=) \S+ +(reached|MISSED)
             ],
         ),
         ("garbage", ["longest collection under moves"]),
-        ("move-cost", ["move: processor time", "memory after moves"]),
+        ("move-cost", ["move: processor time", "memory after moves", "memory after 400 moves"]),
         ("live-values", [f"120 bodies watched: {what}" for what in ("a processor", "values")]),
         pytest.param(
             "console",

@@ -136,7 +136,7 @@ async def signed_in(stand: Stand, keys: Keys) -> dict[str, str]:
     """The headers of a page whose browser has signed in."""
     grant = keys.credentials.verify(keys.of("viewer"))
     assert grant is not None
-    sessions = stand.app.state.access.sessions
+    sessions = stand.app.access.sessions
     session = sessions.begin(grant)
     own = {"origin": f"http://{HOST}", "sec-fetch-site": "same-origin"}
     return {"session-proof": str(sessions.new_proof(session)), "cookie": f"mg-session={session}", **own}
@@ -244,7 +244,7 @@ def test_two_credentials_are_none(name: str) -> None:
 def test_refusals_are_counted_in_the_log(caplog: pytest.LogCaptureFixture) -> None:
     @guarded()
     async def story(stand: Stand, _: Keys) -> None:
-        stand.app.state.access._told_at = -10.0
+        stand.app.access._told_at = -10.0
         await stand.get("/bodies", authorization="Bearer mg_0_secret", host=HOST)
 
     story()
@@ -253,7 +253,7 @@ def test_refusals_are_counted_in_the_log(caplog: pytest.LogCaptureFixture) -> No
 
 @guarded()
 async def test_a_refusal_is_logged_without_the_key(stand: Stand, keys: Keys) -> None:
-    access = stand.app.state.access
+    access = stand.app.access
     access._told_at = -10.0
     await stand.get("/bodies", authorization="Bearer mg_0_secret", host=HOST)
     assert access._refused == 0

@@ -195,7 +195,7 @@ async def test_hundreds_of_hostile_requests_do_nothing_and_stops_work_throughout
 ) -> None:
     grant = keys.credentials.verify(keys.of("admin"))
     assert grant is not None
-    session = stand.app.state.access.sessions.begin(grant)
+    session = stand.app.access.sessions.begin(grant)
     attempts = [
         *wrong_credentials(keys),
         *too_little_right(keys),
@@ -244,5 +244,5 @@ async def test_a_ticket_opens_one_stream_once_and_soon(stand: Stand, keys: Keys)
     assert await handshake(f"/events?ticket={scoped}") == 403
     assert await handshake(f"/events?bodies=leg.00&ticket={await ticket('leg')}") == "websocket.accept"
     late = await ticket()
-    stand.app.state.access.tickets._clock = lambda: 10**9
+    stand.app.access.tickets._clock = lambda: 10**9
     assert await handshake(f"/events?ticket={late}") == 401

@@ -384,7 +384,7 @@ def keys(tmp_path: Path) -> Keys:
 def app(keys: Keys) -> FastAPI:
     plant = whole_plant()
     app = create_app(plant, keys.credentials)
-    app.state.access = Probing(plant)
+    app.access = Probing(plant)
     return app
 
 

@@ -135,7 +135,7 @@ def test_the_openapi_entry_shows_the_right() -> None:
 @on_stand()
 async def test_every_kind_of_route_honours_a_refusal(stand: Stand) -> None:
     stand.app.routes.append(FilesMount("/files", app=Starlette(routes=[Route("/a", page)]), right=Right.VIEW))
-    stand.app.state.access = denying = Denying()
+    stand.app.access = denying = Denying()
     before = stand.frames()
     asked = {
         "/bodies/3F/position": Right.VIEW,
@@ -167,7 +167,7 @@ def refused_as(answer: httpx2.Response, path: str) -> None:
 
 @on_stand()
 async def test_no_route_at_all_is_used_past_the_hook(stand: Stand) -> None:
-    stand.app.state.access = denying = Denying()
+    stand.app.access = denying = Denying()
     before = stand.frames()
     operations = [route for route in stand.app.routes if isinstance(route, HttpRoute | PageRoute)]
     for route in operations:
@@ -180,7 +180,7 @@ async def test_no_route_at_all_is_used_past_the_hook(stand: Stand) -> None:
 
 @on_stand()
 async def test_a_refused_body_is_not_even_read(stand: Stand) -> None:
-    stand.app.state.access = Denying()
+    stand.app.access = Denying()
     messages: list[str] = []
 
     async def receive() -> dict[str, object]:
@@ -202,7 +202,7 @@ async def test_a_refused_body_is_not_even_read(stand: Stand) -> None:
 
 @on_stand()
 async def test_a_refused_websocket_is_never_opened(stand: Stand) -> None:
-    stand.app.state.access = denying = Denying()
+    stand.app.access = denying = Denying()
     async with socket(stand, "/events", headers={"x-request-id": "mine"}) as client:
         head, body = await client.message(), await client.message()
     assert (head["type"], head["status"]) == ("websocket.http.response.start", 403)

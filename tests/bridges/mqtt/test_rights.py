@@ -92,7 +92,7 @@ def test_the_verdict_is_that_of_http_for_every_operation_role_and_scope(
     keys = Keys(tmp_path)
     plant = whole_plant()
     app = create_app(plant, keys.credentials)
-    app.state.access = Probing(plant)
+    app.access = Probing(plant)
     operations = Operations(json.loads(DOCUMENT.read_text("utf-8")))
     differ: list[str] = []
     verdicts: Counter[str] = Counter()
