@@ -44,6 +44,8 @@ from gateway.version import VERSION
 KEEP_ALIVE_S: Final = 15.0
 RECHECK_S: Final = 5.0
 """How often it is asked whether the key of an event stream is still good."""
+CONTENT_S: Final = 10.0
+"""A request's content is there by then, or the request is refused."""
 MOST_BYTES: Final = 1_000_000
 """A request's content is no longer; a gateway takes no more either."""
 CLOSE_GOING_AWAY, CLOSE_SLOW, CLOSE_REFUSED = 1001, 1013, 4401
@@ -458,10 +460,16 @@ async def _until_closed(websocket: WebSocket) -> None:
 
 async def _content_of(request: Request) -> bytes:
     content = b""
-    async for piece in request.stream():
-        content += piece
-        if len(content) > MOST_BYTES:
-            raise HTTPException(413, "The content is larger than 1 MB; nothing was sent.")
+    try:
+        async with asyncio.timeout(CONTENT_S):
+            async for piece in request.stream():
+                content += piece
+                if len(content) > MOST_BYTES:
+                    raise HTTPException(413, "The content is larger than 1 MB; nothing was sent.")
+    except TimeoutError:
+        raise HTTPException(
+            408, f"The content was not there within {CONTENT_S:.0f} s; nothing was sent."
+        ) from None
     return content
 
 

@@ -3,13 +3,14 @@
 import ssl
 import sys
 from collections.abc import Callable, Iterable, Mapping
+from contextlib import suppress
 from functools import partial
 from importlib.util import find_spec
 from typing import Any, Final
 
 import httpx
-from motion_gateway_client import Answer, AsyncGateway
-from motion_gateway_client.async_gateway import LIMITS, TIMEOUT_S
+from motion_gateway_client import Answer, AsyncGateway, NoAnswer
+from motion_gateway_client.async_gateway import LIMITS, STOP_TRIES, TIMEOUT_S
 
 from bridges.common.settings import CallerTable, GatewayTable, key_in
 
@@ -79,6 +80,16 @@ class Caller:
         if answer.status == UNAUTHORIZED and await self._has_new_key():
             answer = await asking(self._gateway)  # nothing was done: it was not let in
         return answer
+
+    async def stop(self, path: str, body: Any = None) -> Answer:
+        """Ask for a stop, again where the connection breaks: one that comes twice does no harm.
+
+        :raises NoAnswer: none of the tries has an answer.
+        """
+        for _ in range(STOP_TRIES - 1):
+            with suppress(NoAnswer):
+                return await self.ask("POST", path, body=body)
+        return await self.ask("POST", path, body=body)
 
     async def _has_new_key(self) -> bool:
         try:

@@ -8,7 +8,6 @@ from urllib.parse import urlencode
 
 import aiomqtt
 from motion_gateway_client import Answer, NoAnswer
-from motion_gateway_client.async_gateway import STOP_TRIES
 from motion_gateway_client.errors import PREFIX
 
 from bridges.common.callers import Caller, Callers
@@ -208,22 +207,14 @@ class Commands:
         )
 
     async def _stop(self, caller: Caller, request: Request) -> Answer:
-        """Stop, again where the connection breaks; nothing beside the topic keeps a stop from being sent.
+        """Stop; nothing that stands beside the topic keeps a stop from being sent.
 
-        :raises NoAnswer: none of the tries has one.
+        :raises NoAnswer: the gateway does not answer.
         """
-        body, tries = request.body, 0
-        while True:
-            tries += 1
-            try:
-                answer = await caller.ask("POST", request.path, body=body)
-            except NoAnswer:
-                if tries == STOP_TRIES:
-                    raise
-                continue
-            if body is None or answer.status not in UNREAD:
-                return answer
-            body = None
+        answer = await caller.stop(request.path, request.body)
+        if request.body is not None and answer.status in UNREAD:
+            answer = await caller.stop(request.path)
+        return answer
 
     async def _answer(self, request: Request, answer: Answer, outcome: Outcome) -> None:
         self._figures.command(outcome)

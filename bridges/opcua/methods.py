@@ -147,14 +147,17 @@ class Commands:
         self._figures = figures
 
     async def ask(self, request: Request, *, stops: bool = False) -> Answer:
-        """Send a command once; its answer may be a refusal, also one of the bridge."""
+        """Send a command once, a stop until it has an answer, which may be a refusal of the bridge, too."""
         guest = GUEST.get()
         if guest is None:
             return Answer(
                 401, {"detail": "Nobody is signed in; nothing was sent.", "remedy": "Sign in."}, False
             )
         try:
-            answer = await guest.ask(request.method, request.path, request.body, request.key)
+            if stops:
+                answer = await guest.caller.stop(request.path)
+            else:
+                answer = await guest.ask(request.method, request.path, request.body, request.key)
         except NoAnswer as error:
             answer = Answer(
                 503 if error.moved == "no" else 504,

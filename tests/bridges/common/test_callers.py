@@ -5,8 +5,10 @@ from typing import Any
 
 import httpx
 import pytest
+from motion_gateway_client import Answer, NoAnswer
+from motion_gateway_client.async_gateway import STOP_TRIES
 
-from bridges.common.callers import Callers, Doors
+from bridges.common.callers import Caller, Callers, Doors
 from bridges.common.settings import CallerTable, GatewayTable
 from tests.bridges.loops import in_a_loop
 
@@ -66,3 +68,25 @@ async def test_others_bring_their_keys(callers: tuple[Callers, Let, Path]) -> No
     await guest.aclose()
     assert let.asked == ["new GET /bodies"]
     await them.aclose()
+
+
+class Breaking(Caller):
+    """A caller whose connection breaks so many times."""
+
+    def __init__(self, breaks: int) -> None:
+        self.breaks, self.asked = breaks, 0
+
+    async def ask(self, *_: Any, **__: Any) -> Answer:
+        self.asked += 1
+        if self.asked <= self.breaks:
+            raise NoAnswer("The connection broke.")
+        return Answer(200, {"confirmed": True}, False)
+
+
+@in_a_loop
+async def test_a_stop_is_sent_again_where_the_connection_breaks() -> None:
+    assert (await Breaking(STOP_TRIES - 1).stop("/stop")).is_success
+    lost = Breaking(STOP_TRIES)
+    with pytest.raises(NoAnswer):
+        await lost.stop("/stop")
+    assert lost.asked == STOP_TRIES

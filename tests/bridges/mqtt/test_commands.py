@@ -10,7 +10,7 @@ from aiomqtt import Message
 from motion_gateway_client import Answer, NoAnswer
 from motion_gateway_client.async_gateway import STOP_TRIES
 
-from bridges.common.callers import Callers, Doors
+from bridges.common.callers import Caller, Callers, Doors
 from bridges.common.settings import CallerTable, GatewayTable
 from bridges.common.state import Figures
 from bridges.mqtt import requests
@@ -52,6 +52,8 @@ class Gateway(Callers):
     def __init__(self, *answers: Answer | Exception) -> None:
         self._answers = list(answers)
         self.asked: list[tuple[str, Any]] = []
+
+    stop = Caller.stop
 
     def get(self, _name: str) -> Any:
         return self
