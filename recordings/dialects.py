@@ -3,9 +3,10 @@
 import re
 from abc import ABC, abstractmethod
 from collections.abc import Callable
-from typing import Final
+from typing import Any, Final
 
 from protocols.fics.commands import read
+from protocols.fics.row import FicsCommand
 from protocols.rorze.commands import COMMANDS
 from protocols.table import Effect, WireFault
 
@@ -195,14 +196,20 @@ class Fics(Dialect):
 
     def effect(self, frame: bytes) -> Effect | None:
         """That of its row."""
-        try:
-            return read(*frame.decode("latin-1").strip("!\r\n").partition(" ")[::2]).effect
-        except WireFault:
-            return None
+        row = self._row(frame)
+        return None if row is None else row.effect
 
     def answers(self, reply: bytes, frame: bytes) -> bool:
-        """With the same name."""
-        return reply[:3] == frame.lstrip(b"!\r")[:3]
+        """With the same name, or one by which its row is answered, as POR is by POS and POE."""
+        row, name = self._row(frame), frame.lstrip(b"!\r")[:3].decode("latin-1")
+        return reply[:3].decode("latin-1") in {name, *(row.reply_names() if row else ())}
+
+    @staticmethod
+    def _row(frame: bytes) -> FicsCommand[Any] | None:
+        try:
+            return read(*frame.decode("latin-1").strip("!\r\n").partition(" ")[::2])
+        except WireFault:
+            return None
 
 
 DIALECTS: Final[dict[str, Callable[[], Dialect]]] = {"rorze": Rorze, "fics": Fics}
