@@ -137,7 +137,7 @@ class Rorze(Family):
             MoveClockwise(distance=dice.randint(1, 3_000)),
             MoveTo(position=PositionReference(position=dice.randrange(4))) if path == body else None,
         )
-        return Wish(path, dice.choice([it for it in moves if it is not None]))
+        return Wish(path, dice.choice([move for move in moves if move is not None]))
 
     def effect_of(self, frame: str) -> Effect:
         row = RORZE_COMMANDS.get(self._said(frame)[:3])
