@@ -26,7 +26,7 @@ async def stop(plant: Plant, target: str, mode: StopMode) -> Stopped:
 async def stop_all(plant: Plant, mode: StopMode) -> Stopped:
     """Stop everything; the frames are queued before anything is awaited."""
     stopped = await asyncio.gather(*twice("a stop", _begin_all, plant, mode))
-    return Stopped({name: those for it in stopped for name, those in it.reports.items()})
+    return Stopped({name: those for stop in stopped for name, those in stop.reports.items()})
 
 
 def _begin_one(plant: Plant, target: str, mode: StopMode) -> Awaitable[Stopped]:
@@ -34,7 +34,9 @@ def _begin_one(plant: Plant, target: str, mode: StopMode) -> Awaitable[Stopped]:
 
 
 def _begin_all(plant: Plant, mode: StopMode) -> "list[asyncio.Future[Stopped]]":
-    return do_each("a stop", *(partial(_begin, it, mode) for it in plant.families.values())).or_raise()
+    return do_each(
+        "a stop", *(partial(_begin, family, mode) for family in plant.families.values())
+    ).or_raise()
 
 
 def _begin(family: Family, mode: StopMode) -> "asyncio.Future[Stopped]":

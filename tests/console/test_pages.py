@@ -609,7 +609,7 @@ def test_a_command_for_a_line_with_a_spare_carries_the_epoch_of_the_owner_that_w
 ) -> None:
     def with_owner(route: Route) -> None:
         lines = route.fetch().json()["lines"]
-        told = [{**it, "owner": {"gateway": "stocker1", "epoch": 3}} for it in lines]
+        told = [{**line, "owner": {"gateway": "stocker1", "epoch": 3}} for line in lines]
         route.fulfill(json={"lines": told})
 
     console = open_console(plant.url, "#/axis/line1.3F")
@@ -617,7 +617,9 @@ def test_a_command_for_a_line_with_a_spare_carries_the_epoch_of_the_owner_that_w
         console.page.route("**/lines", with_owner)
     with console.page.expect_response("**/lines"):
         pass
-    with console.page.expect_request(lambda it: it.method == "POST" and it.url.endswith("/moves")) as asked:
+    with console.page.expect_request(
+        lambda request: request.method == "POST" and request.url.endswith("/moves")
+    ) as asked:
         console.page.get_by_label("Target (pulse)").fill("20")
         console.button("Go").click()
     assert asked.value.headers["owner-epoch"] == "3"
