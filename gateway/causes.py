@@ -34,8 +34,11 @@ UNUSABLE = (LineState.DOWN, LineState.SILENT)
 
 def _facts_of_line(down: Facts) -> Facts:
     """The reason in both languages, where it is one of ours; systems and devices have their own."""
-    ours = (text(f"phrases.line-down.{it}") for it in entry("en", "phrases.line-down"))
-    return {**down, "reason": next((it for it in ours if it.en == down["reason"]), down["reason"])}
+    ours = (text(f"phrases.line-down.{reason}") for reason in entry("en", "phrases.line-down"))
+    return {
+        **down,
+        "reason": next((reason for reason in ours if reason.en == down["reason"]), down["reason"]),
+    }
 
 
 def _facts_of_burst(burst: Facts) -> Facts:
@@ -48,7 +51,9 @@ def _facts_of_crash(crash: Facts) -> Facts:
     seen_at = crash["last_seen_at"]
     return {
         "last_seen": seen_at and f"{datetime.fromisoformat(seen_at):%Y-%m-%d %H:%M:%S} UTC",
-        "moves": [f"{it} ({move})" for move, it in zip(crash["moves"], crash["targets"], strict=True)],
+        "moves": [
+            f"{move_id} ({move})" for move, move_id in zip(crash["moves"], crash["targets"], strict=True)
+        ],
         "commands": crash["commands"],
     }
 
@@ -157,8 +162,8 @@ def causes_of(
         yield kind.among(ports.get)
     for trouble in GATEWAY:
         yield trouble.among(partial(_reason, troubles.get(trouble.name)))
-    for it in registered:
-        for cause in it.causes():
+    for package in registered:
+        for cause in package.causes():
             if latch:
                 yield replace(cause, is_told=lambda _: False)
             elif not cause.wanted:

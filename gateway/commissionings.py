@@ -45,8 +45,10 @@ class Commissioning(Record):
     def proposed(self) -> dict[str, JsonValue]:
         """Other values of the line's settings, by their keys."""
         results: Any = (self.report or {}).get("results", [])
-        settings = (it["setting"] for it in results if it["setting"] is not None)
-        return {it["key"]: it["proposed"] for it in settings if it["proposed"] is not None}
+        settings = (result["setting"] for result in results if result["setting"] is not None)
+        return {
+            setting["key"]: setting["proposed"] for setting in settings if setting["proposed"] is not None
+        }
 
 
 Tell = Callable[[int, int, str], None]
@@ -58,7 +60,7 @@ class Commissionings(Jobs[Commissioning]):
     """The commissionings of all lines; one at a time on each."""
 
     def __init__(self) -> None:
-        super().__init__(HISTORY, "commissioning", lambda it: it.line_id)
+        super().__init__(HISTORY, "commissioning", lambda record: record.line_id)
         self.walk: Walk | None = None
         """The trial of the assumptions; None in a gateway that was not given one."""
 

@@ -48,7 +48,7 @@ def _is_in(host: str, networks: Iterable[str]) -> bool:
     except ValueError:
         return False
     address = getattr(address, "ipv4_mapped", None) or address
-    return any(address in ip_network(it) for it in networks)
+    return any(address in ip_network(network) for network in networks)
 
 
 def _check_root_path(text: str) -> str:
@@ -264,7 +264,7 @@ class BackupsTable(Table):
     keep_days: int = Field(30, ge=1, le=3650)
 
 
-EXTENSIONS_BY_KEY: Final = {it.collections[0]: it for it in EXTENSIONS}
+EXTENSIONS_BY_KEY: Final = {extension.collections[0]: extension for extension in EXTENSIONS}
 
 
 def _of_its_family(given: object) -> LineTable:
@@ -306,7 +306,7 @@ class Config(Table):
             line.id: {
                 **line.model_dump(),
                 **{
-                    key: tuple(it.model_dump() for it in made if it.line == line.id)
+                    key: tuple(thing.model_dump() for thing in made if thing.line == line.id)
                     for key, made in self.made().items()
                 },
             }
@@ -346,10 +346,10 @@ class Config(Table):
     def _be_in_their_networks(self) -> Self:
         networks = self.server.line_networks
         for index, line in enumerate(self.lines):
-            it = Address.parse(line.address)
-            if networks and it.scheme == "tcp" and not _is_in(it.host, networks):
+            at = Address.parse(line.address)
+            if networks and at.scheme == "tcp" and not _is_in(at.host, networks):
                 raise Fault(
-                    f"must be an IP address in server.line_networks ({', '.join(networks)}), not {it.host}",
+                    f"must be an IP address in server.line_networks ({', '.join(networks)}), not {at.host}",
                     *("lines", index, "address"),
                 )
         return self
@@ -375,12 +375,12 @@ class Config(Table):
     def _place_made(self) -> Self:
         """Check that each made thing has an id of its own, and stands where its extension allows."""
         lines = {line.id: line for line in self.lines}
-        taken = {*lines, *(it for line in self.lines for it in line.unique_ids().values())}
+        taken = {*lines, *(taken_id for line in self.lines for taken_id in line.unique_ids().values())}
         for key, made in self.made().items():
-            for index, it in enumerate(made):
-                if it.id in taken:
+            for index, thing in enumerate(made):
+                if thing.id in taken:
                     raise Fault("is the id of something else", key, index, "id")
-                taken.add(it.id)
+                taken.add(thing.id)
             try:
                 EXTENSIONS_BY_KEY[key].table.require_places(made, lines)
             except Fault as fault:
@@ -394,7 +394,7 @@ if not TYPE_CHECKING:  # which arrays there are is known when the extensions are
         __base__=Config,
         __doc__=Config.__doc__,
         __module__=__name__,
-        **{key: (Array[it.table], ()) for key, it in EXTENSIONS_BY_KEY.items()},
+        **{key: (Array[extension.table], ()) for key, extension in EXTENSIONS_BY_KEY.items()},
     )
 
 

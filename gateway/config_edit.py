@@ -51,7 +51,7 @@ def _path_of(document: Any, line_id: str, key: str) -> KeyPath:
 
 
 def _place(tables: Any, its_id: str) -> int:
-    return next(place for place, it in enumerate(tables) if it["id"] == its_id)
+    return next(place for place, table in enumerate(tables) if table["id"] == its_id)
 
 
 def _set(text: str, path: KeyPath, value: Any, name: str) -> str:
@@ -71,8 +71,8 @@ def _set(text: str, path: KeyPath, value: Any, name: str) -> str:
 def _set_inline(text: str, path: KeyPath, value: Any, name: str) -> str:
     """Replace the value of a key in an inline table, or add the key at its head."""
     index = LineIndex(text)
-    depth = next(it for it in range(len(path), -1, -1) if not it or path[:it] in index)
-    row = sum(len(it) + 1 for it in text.split("\n")[: index.line_of(path[:depth]) - 1])
+    depth = next(length for length in range(len(path), -1, -1) if not length or path[:length] in index)
+    row = sum(len(line) + 1 for line in text.split("\n")[: index.line_of(path[:depth]) - 1])
     try:
         begin, end = place_in_value(text, text.index("=", row) + 1, path[depth:])
     except (LookupError, ValueError):

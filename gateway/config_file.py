@@ -36,14 +36,16 @@ class Changes(Record):
 def changes(served: Config, wanted: Config) -> Changes:
     """Compare two configurations."""
     before, after = served.served(), wanted.served()
-    lines = [LineChange(line_id=it, change="removed", keys=[]) for it in before if it not in after]
+    lines = [
+        LineChange(line_id=line_id, change="removed", keys=[]) for line_id in before if line_id not in after
+    ]
     for line_id, line in after.items():
         if line_id not in before:
             lines.append(LineChange(line_id=line_id, change="added", keys=[]))
         elif keys := list(_differences(before[line_id], line)):
             lines.append(LineChange(line_id=line_id, change="changed", keys=keys))
     before, after = (
-        it.model_dump(include={"server", "access", "security", "plant"}) for it in (served, wanted)
+        config.model_dump(include={"server", "access", "security", "plant"}) for config in (served, wanted)
     )
     return Changes(lines=lines, needs_restart=list(_differences(before, after, 1)))
 
@@ -51,7 +53,7 @@ def changes(served: Config, wanted: Config) -> Changes:
 def _differences(one: Mapping[str, Any], other: Mapping[str, Any], depth: int = 0) -> Iterator[str]:
     """The keys that differ, those of arrays of tables by the ids in these."""
     for key in dict.fromkeys((*one, *other)):
-        left, right = (_by_id(it.get(key)) for it in (one, other))
+        left, right = (_by_id(table.get(key)) for table in (one, other))
         if left == right:
             continue
         tables = isinstance(left, Mapping) and isinstance(right, Mapping)
@@ -174,7 +176,9 @@ class ConfigFile:
 
 def _commented(comment: str) -> str:
     """Write lines of a comment; what people cannot read is left out."""
-    lines = ("".join(it for it in line if it.isprintable()) for line in comment.splitlines())
+    lines = (
+        "".join(character for character in line if character.isprintable()) for line in comment.splitlines()
+    )
     return "".join(f"# {line}\n" for line in lines)
 
 
@@ -190,7 +194,7 @@ def _key(key: str) -> str:
 def value_text(value: Any) -> str:
     """Write a value as TOML does."""
     if isinstance(value, Mapping):
-        return "{ " + ", ".join(f"{_key(key)} = {value_text(it)}" for key, it in value.items()) + " }"
+        return "{ " + ", ".join(f"{_key(key)} = {value_text(item)}" for key, item in value.items()) + " }"
     if isinstance(value, list | tuple):
         return f"[{', '.join(map(value_text, value))}]"
     return json.dumps(value, ensure_ascii=False)

@@ -124,7 +124,7 @@ LINE_UP: Final = EventType(
 
 def event_types() -> Mapping[str, EventType]:
     """The types of the core and of every family, by their names."""
-    families = (it.event_types for it in registered())
+    families = (package.event_types for package in registered())
     alarmed = (path for family in FAMILIES.values() for path in family.alarmed())
     return table_of(
         [LINE_UP],

@@ -13,8 +13,8 @@ FAMILIES: Final[dict[str, type[Family]]] = {"rorze": Rorze, "fics": Fics}
 """A family of another maker is one more entry; a line that names no protocol is of the first."""
 
 EXTENSIONS: Final[Sequence[type[Extension]]] = [
-    import_module(f"gateway.{it.parent.name}.extension").EXTENSION
-    for it in sorted(Path(__file__).parent.glob("*/extension.py"))
+    import_module(f"gateway.{file.parent.name}.extension").EXTENSION
+    for file in sorted(Path(__file__).parent.glob("*/extension.py"))
 ]
 """Extensions in the packages beside the families; nothing else names them."""
 
@@ -23,4 +23,4 @@ def registered() -> Iterator[type[Registered]]:
     """All families, each with its extensions."""
     for family in FAMILIES.values():
         yield family
-        yield from (it for it in EXTENSIONS if it.of is family)
+        yield from (extension for extension in EXTENSIONS if extension.of is family)

@@ -31,7 +31,7 @@ class FoundLine:
     def named(self) -> list[int]:
         """The bodies that the link master names (XID, RC-420 manual 17.2)."""
         told = self.controllers.strip()
-        return [int(it, 16) for it in told.split(",")] if _NAMES.fullmatch(told) else []
+        return [int(number, 16) for number in told.split(",")] if _NAMES.fullmatch(told) else []
 
     def in_words(self) -> str:
         """Say who was found."""
@@ -40,7 +40,9 @@ class FoundLine:
 
     def comment(self) -> str:
         """Say what the table does not."""
-        answer = "".join(it for it in self.controllers if it.isprintable())[:LONGEST_IDENTITY]
+        answer = "".join(character for character in self.controllers if character.isprintable())[
+            :LONGEST_IDENTITY
+        ]
         told = f"An RC-400; to XID it answered {answer or 'nothing more'}."
         if not self.complete:
             return f"{told}\nNot all 120 body numbers were asked: `motion-gateway scan` finds the others."

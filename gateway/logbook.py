@@ -65,13 +65,13 @@ _ENDS: Final[Mapping[str, int]] = {
 }
 _BOTH: Final = ("body", "robot")
 _LINES: Final[Mapping[str, _Line]] = {
-    **{f"{it}.move.{end}": _Line(level, _of_move) for it in _BOTH for end, level in _ENDS.items()},
-    **{f"{it}.stop.confirmed": _Line(logging.INFO, _of_stop("confirmed")) for it in _BOTH},
-    **{f"{it}.stop.unconfirmed": _Line(logging.ERROR, _of_stop("not confirmed")) for it in _BOTH},
+    **{f"{kind}.move.{end}": _Line(level, _of_move) for kind in _BOTH for end, level in _ENDS.items()},
+    **{f"{kind}.stop.confirmed": _Line(logging.INFO, _of_stop("confirmed")) for kind in _BOTH},
+    **{f"{kind}.stop.unconfirmed": _Line(logging.ERROR, _of_stop("not confirmed")) for kind in _BOTH},
     "robot.stop.refused": _Line(logging.WARNING, _of_stop("refused")),
     **{f"robot.jog.{end}": _Line(logging.INFO, _of_jog) for end in ("ended", "lost", "stopped")},
-    **{f"{it}.online": _Line(logging.INFO, _comes) for it in _BOTH},
-    **{f"{it}.offline": _Line(logging.WARNING, _goes) for it in _BOTH},
+    **{f"{kind}.online": _Line(logging.INFO, _comes) for kind in _BOTH},
+    **{f"{kind}.offline": _Line(logging.WARNING, _goes) for kind in _BOTH},
     "alarm.raised": _Line(logging.WARNING, _raised),
     "alarm.reset": _Line(logging.INFO, _reset),
 }

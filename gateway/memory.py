@@ -82,10 +82,10 @@ class Persistence:
         for intent in self._past.open_intents:
             detail = "The gateway has ended before this was known."
             self.journal.note(writes.ended(intent.id, time.time(), "unknown", detail))
-        for it in self._registered:
-            for moves in it.move_logs():
+        for package in self._registered:
+            for moves in package.move_logs():
                 moves.on_change = self._keep_move
-            it.resume(records, self._past.begun)
+            package.resume(records, self._past.begun)
         for kind, those in works.items():
             those.on_change = partial(self._keep_work, kind, those)
             those.resume(record for its_kind, record in self._past.works if its_kind == kind)
@@ -142,7 +142,9 @@ class Persistence:
             "last_seen_at": seen_at,
             "moves": list(moves),
             "targets": list(moves.values()),
-            "commands": list(dict.fromkeys(f"{it.command} to {it.target}" for it in self._past.open_intents)),
+            "commands": list(
+                dict.fromkeys(f"{intent.command} to {intent.target}" for intent in self._past.open_intents)
+            ),
         }
         log.error("the last life of the gateway did not end as it should; its alarm tells what was under way")
         self._events.publish("gateway.crashed", SUBJECT, told)

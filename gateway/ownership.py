@@ -66,7 +66,7 @@ class Ownership:
 
     def held(self) -> dict[str, int]:
         """The lines that are this gateway's, with their epochs."""
-        return {line: it.epoch for line, it in self._owners.items() if it.gateway == self.name}
+        return {line: owner.epoch for line, owner in self._owners.items() if owner.gateway == self.name}
 
     def elsewhere(self, line_id: str) -> str | None:
         """The other gateway that has a line, if one is known."""
@@ -149,12 +149,12 @@ class Ownership:
             return {}
         try:
             told = json.loads(self._path.read_text("utf-8"))
-            return {line: Owner(it["gateway"], int(it["epoch"])) for line, it in told.items()}
+            return {line: Owner(owner["gateway"], int(owner["epoch"])) for line, owner in told.items()}
         except (OSError, ValueError, KeyError, TypeError) as error:
             log.warning("%s cannot be read (%s): no line with a spare is opened by itself", self._path, error)
-            return {line: Owner(None, it.epoch) for line, it in self._owners.items()}
+            return {line: Owner(None, owner.epoch) for line, owner in self._owners.items()}
 
     def _write(self) -> None:
         if self._path is None:
             return
-        write_whole(self._path, json.dumps({line: asdict(it) for line, it in self._owners.items()}))
+        write_whole(self._path, json.dumps({line: asdict(owner) for line, owner in self._owners.items()}))

@@ -112,8 +112,12 @@ class Plant:
         self._by_kind: dict[type[Registered], Registered] = {
             type(family): family for family in self.families.values()
         }
-        self.extensions = [it(site, self._by_kind[it.of]) for it in EXTENSIONS if it.of in self._by_kind]
-        self._by_kind |= {type(it): it for it in self.extensions}
+        self.extensions = [
+            extension(site, self._by_kind[extension.of])
+            for extension in EXTENSIONS
+            if extension.of in self._by_kind
+        ]
+        self._by_kind |= {type(extension): extension for extension in self.extensions}
         self.registered: Sequence[Registered] = [self._by_kind[kind] for kind in registered()]
         self._ports: dict[str, AnyLine] = {}
         self.leases = Leases(config.access.lease_mode, lease_tokens or LeaseTokens())
@@ -211,8 +215,8 @@ class Plant:
 
     def _works(self) -> dict[str, DurableJobs[Any]]:
         works: dict[str, DurableJobs[Any]] = {}
-        for it in self.registered:
-            works |= it.works()
+        for package in self.registered:
+            works |= package.works()
         return works
 
     def _start(self, line_id: str) -> None:
@@ -231,7 +235,7 @@ class Plant:
     def commission(self, line_id: str) -> Commissioning:
         """Lend the port of a line to questions about it; errors as of `port` and `Commissionings.start`."""
         line, recorder = self.port(line_id), self.recorders[line_id]
-        table = next(it for it in self.config.lines if it.id == line_id)
+        table = next(line for line in self.config.lines if line.id == line_id)
         return self.commissionings.start(
             line,
             table,
@@ -264,7 +268,7 @@ class Plant:
                     what, *(partial(self._add, wanted[line_id]) for line_id in wanted.keys() - self._ports)
                 ).or_raise()
             finally:  # a fault at one line keeps no other from being served, and it can be loaded again
-                for line_id in (it for it in wanted if it in self._ports):
+                for line_id in (line_id for line_id in wanted if line_id in self._ports):
                     self._ports[line_id] = self._ports.pop(line_id)
                 insist(what, self.territory.forget)
                 self.on_lines()
@@ -295,15 +299,15 @@ class Plant:
 
     def _gone(self, config: Config) -> list[str]:
         wanted = config.served()
-        return [line_id for line_id, it in self.config.served().items() if wanted.get(line_id) != it]
+        return [line_id for line_id, served in self.config.served().items() if wanted.get(line_id) != served]
 
     def _busy_on(self, line_id: str) -> list[str]:
         family = self._family_of(line_id)
-        moving = [it.subject.rpartition("/")[2] for it in family.left_moving()]
+        moving = [seen.subject.rpartition("/")[2] for seen in family.left_moving()]
         there = {part.address for part in map(self._part, moving) if part.line_id == line_id}
         commissioned = [] if self.commissionings.current(line_id) is None else [f"the port of {line_id}"]
         line = self._ports[line_id]
-        at_work = (address for it in (family, *self.extensions) for address in it.at_work(line))
+        at_work = (address for package in (family, *self.extensions) for address in package.at_work(line))
         return sorted({*there, *at_work, *commissioned})
 
     def _part(self, address: str) -> Part:
@@ -347,7 +351,7 @@ class Plant:
             *(work.close for work in works),
             self._stop_looking,
             *unwatching,
-            *(family.close for family in self.registered),
+            *(package.close for package in self.registered),
             *(partial(asyncio.to_thread, recorder.close) for recorder in self.recorders.values()),
             self.security.close,
         )
@@ -380,19 +384,19 @@ class Plant:
     def moves_under_way(self, line_id: str) -> list[MoveRecord]:
         """The moves on a line that are not over."""
         moves = (move for log in self._move_logs() for move in log.under_way())
-        return [it for it in moves if self._part(it.body_id).line_id == line_id]
+        return [move for move in moves if self._part(move.body_id).line_id == line_id]
 
     def _move_logs(self) -> list[MoveLog[Any]]:
-        return [log for it in self.registered for log in it.move_logs()]
+        return [log for package in self.registered for log in package.move_logs()]
 
     def _go_on_with_moves(self, line_id: str, old: str) -> None:
         """Follow what the last owner has begun, as after a restart."""
         moves, logs = self.ownership.left_by(line_id, old), self._move_logs()
-        there = [it for it in moves if self._part(it["body_id"]).line_id == line_id]
-        new = [it for it in there if not any(it["id"] in log for log in logs)]
+        there = [move for move in moves if self._part(move["body_id"]).line_id == line_id]
+        new = [move for move in there if not any(move["id"] in log for log in logs)]
         since = f"gateway {self.ownership.name} took the line over from {old}"
-        for it in self.registered:
-            it.resume(new, {move["id"] for move in new}, since)
+        for package in self.registered:
+            package.resume(new, {move["id"] for move in new}, since)
 
     def _port_lost(self, line_id: str) -> None:
         """A line with a spare is not opened again by itself: who has taken it over would be thrown out."""
@@ -486,7 +490,9 @@ class Plant:
             requests=self.requests,
             states=self.states,
             configuration=self._recorded_configuration,
-            trajectories=lambda: (it for source in registered for it in source.trajectories()),
+            trajectories=lambda: (
+                trajectory for source in registered for trajectory in source.trajectories()
+            ),
             line_of=self._line_that_has,
             read_journal=(lambda *_: ()) if journal is None else journal.disk.read_apart,
         )
@@ -503,12 +509,14 @@ class Plant:
         return {
             "server": config.server.model_dump(include={"latch", "allow_endless_moves", "on_exit"}),
             "lines": [
-                it.model_dump(mode="json", exclude_unset=True, exclude={"trace_file"})
-                for it in config.lines
-                if it.id in lines
+                line.model_dump(mode="json", exclude_unset=True, exclude={"trace_file"})
+                for line in config.lines
+                if line.id in lines
             ],
             **{
-                key: [it.model_dump(mode="json", exclude_unset=True) for it in made if it.line in lines]
+                key: [
+                    thing.model_dump(mode="json", exclude_unset=True) for thing in made if thing.line in lines
+                ]
                 for key, made in config.made().items()
             },
         }
@@ -567,9 +575,9 @@ class Plant:
         collection, *names = path.removeprefix("/").split("/")
         if collection == "lines":
             return self._family_of(names[0]).link_of(names[0])
-        for it in self.registered:
-            if collection in it.collections:
-                return it.target(collection, names)
+        for package in self.registered:
+            if collection in package.collections:
+                return package.target(collection, names)
         raise NotFound(f"There is no {as_given(path)}; nothing was sent.")
 
     def named(self, address: str) -> Target:
@@ -578,10 +586,10 @@ class Plant:
         :raises NotFound: there is no such thing.
         :raises Ambiguous: it fits several lines.
         """
-        for it in self.registered:
-            for collection in it.collections:
+        for package in self.registered:
+            for collection in package.collections:
                 with suppress(NotFound):
-                    return it.target(collection, address.split("/"))
+                    return package.target(collection, address.split("/"))
         raise NotFound(f"There is nothing of the address {as_given(address)}; nothing was sent.")
 
     def require_unlatched(self, address: str) -> None:
@@ -610,7 +618,7 @@ class Plant:
 
     def addresses(self) -> set[str]:
         """All addresses by which events can be wanted."""
-        return {address for it in self.registered for address in it.addresses()}
+        return {address for package in self.registered for address in package.addresses()}
 
 
 def _what(subject: str) -> str:

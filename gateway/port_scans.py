@@ -84,7 +84,10 @@ class PortScans(Jobs[PortScan]):
 
     def ports(self) -> list[Port]:
         """The serial ports of this machine; it looks into directories."""
-        return [Port(port=it, line_id=self._line_at(addresses_of(it)[0])) for it in serial_devices()]
+        return [
+            Port(port=addresses, line_id=self._line_at(addresses_of(addresses)[0]))
+            for addresses in serial_devices()
+        ]
 
     def start(self, ports: Sequence[str]) -> PortScan:
         """Begin to ask who is at ports, at every baud rate where none is named; only questions are sent.
@@ -141,11 +144,11 @@ class PortScans(Jobs[PortScan]):
 
     def _tables(self, found: Sequence[Found]) -> list[FoundPort]:
         config = self._config()
-        taken = {it for line in config.lines for it in (line.id, *line.unique_ids().values())}
-        taken |= {it.id for made in config.made().values() for it in made}
+        taken = {taken_id for line in config.lines for taken_id in (line.id, *line.unique_ids().values())}
+        taken |= {thing.id for made in config.made().values() for thing in made}
         return [
-            FoundPort(address=it.address, told=it.in_words(), line=it.table(taken), comment=it.comment())
-            for it in sorted(found, key=lambda it: it.address)
+            FoundPort(address=at.address, told=at.in_words(), line=at.table(taken), comment=at.comment())
+            for at in sorted(found, key=lambda one: one.address)
         ]
 
 
@@ -162,17 +165,24 @@ def require_device(address: str, server: Server) -> None:
 
 def foreign(address: str, server: Server) -> str | None:
     """Say why a place is none where controllers are looked for, if it is none."""
-    it = Address.parse(address)
-    if it.scheme == "tcp":
-        return None if server.may_request(it.host) else f"{it.host} is in no network of terminal servers"
-    place = Path(it.path).resolve()
-    if DEVICES[it.scheme].fullmatch(str(place)) and not place.is_file():
+    parsed = Address.parse(address)
+    if parsed.scheme == "tcp":
+        return (
+            None if server.may_request(parsed.host) else f"{parsed.host} is in no network of terminal servers"
+        )
+    place = Path(parsed.path).resolve()
+    if DEVICES[parsed.scheme].fullmatch(str(place)) and not place.is_file():
         return None
-    kind = "serial port" if it.scheme == "serial" else "UIO device"
-    return f"{it.path} is no {kind}, so no device of the gateway's machine for controllers"
+    kind = "serial port" if parsed.scheme == "serial" else "UIO device"
+    return f"{parsed.path} is no {kind}, so no device of the gateway's machine for controllers"
 
 
 def _place_of(address: str) -> tuple[object, ...]:
     """Make the key that all addresses of one port share; a device has several names."""
-    it = Address.parse(address)
-    return it.scheme, it.host, it.port, Path(it.path).resolve() if it.scheme != "tcp" else None
+    parsed = Address.parse(address)
+    return (
+        parsed.scheme,
+        parsed.host,
+        parsed.port,
+        Path(parsed.path).resolve() if parsed.scheme != "tcp" else None,
+    )

@@ -202,7 +202,7 @@ class Recordings(Jobs[RecordingInfo]):
 
     def list(self) -> list[RecordingInfo]:
         """All that there are, the newest first."""
-        return sorted(self._records.values(), key=lambda it: it.id, reverse=True)
+        return sorted(self._records.values(), key=lambda record: record.id, reverse=True)
 
     def start(
         self,
@@ -220,7 +220,11 @@ class Recordings(Jobs[RecordingInfo]):
         now = datetime.now(UTC)
         if self.folder.is_symlink():
             raise NotFound(f"{self.folder} is a link; nothing is recorded there.")
-        chosen = self._taken.recorders if lines is None else {it: self._taken.recorders[it] for it in lines}
+        chosen = (
+            self._taken.recorders
+            if lines is None
+            else {line_id: self._taken.recorders[line_id] for line_id in lines}
+        )
         record = RecordingInfo(
             id=f"{now:%Y%m%dT%H%M%S%f}-{hex_digits(4)}",
             cause=cause,
@@ -231,7 +235,10 @@ class Recordings(Jobs[RecordingInfo]):
             started_at=now,
         )
         since_ns = clocks()[1] - int(last_s * 1e9)
-        at = {form.line_member(it): recorder.history.before(since_ns) for it, recorder in chosen.items()}
+        at = {
+            form.line_member(line_id): recorder.history.before(since_ns)
+            for line_id, recorder in chosen.items()
+        }
         at[form.REQUESTS] = self._taken.requests.before(since_ns)
         # The last that was noted of each is what holds at the beginning.
         at[form.STATES] = self._taken.states.before(since_ns - int(STATES_REACH_S * 1e9))
@@ -365,7 +372,7 @@ class Recordings(Jobs[RecordingInfo]):
     def _noted_of(self, run: _Run, noted: Noted) -> bytes:
         """Write a request, if it was about one of the lines."""
         values = json.loads(noted[2])["values"]
-        names = [str(values[it]) for it in _TARGETS if it in values]
+        names = [str(values[column]) for column in _TARGETS if column in values]
         is_ours = all(self._taken.line_of(name) in run.recorders for name in names)
         return _noted_line(noted) if is_ours else b""
 
@@ -373,7 +380,7 @@ class Recordings(Jobs[RecordingInfo]):
         """Add what is kept elsewhere, and make it one file."""
         manifest.to, manifest.complete = record.until or manifest.to, record.complete
         lines = None if record.whole_plant else frozenset(record.lines)
-        events = [it async for it in self._events(manifest.from_, manifest.to, lines)]
+        events = [event async for event in self._events(manifest.from_, manifest.to, lines)]
         await aside(_append, part / form.EVENTS, events, "wb")
         await asyncio.to_thread(self._write_journal, part, manifest, lines)
         await aside(_append, part / form.SAMPLES, self._samples(manifest.from_, lines), "wb")
@@ -390,7 +397,11 @@ class Recordings(Jobs[RecordingInfo]):
 
     async def _make_room(self, record: RecordingInfo, more: int) -> None:
         """Delete the oldest recordings beyond the limit: requests never push out recordings of alarms."""
-        rivals = [it for it in self.list() if it.cause == record.cause and it is not record and it.bytes]
+        rivals = [
+            rival
+            for rival in self.list()
+            if rival.cause == record.cause and rival is not record and rival.bytes
+        ]
         left = self._most_bytes // 2 - more // 5 - (record.bytes or 0)
         for rival in rivals:
             left -= rival.bytes or 0
@@ -463,7 +474,7 @@ class Exchanges:
 
     def lines(self) -> Iterator[bytes]:
         """Write them."""
-        return (_trace_line(it) for records in self._newest.values() for it in records)
+        return (_trace_line(record) for records in self._newest.values() for record in records)
 
 
 def _begin(part: Path, manifest: form.Manifest) -> None:
@@ -544,7 +555,7 @@ def _delete(path: Path) -> None:
 
 
 def _size(folder: Path) -> int:
-    return sum(it.stat().st_size for it in folder.rglob("*") if it.is_file())
+    return sum(file.stat().st_size for file in folder.rglob("*") if file.is_file())
 
 
 def info_of(path: Path) -> RecordingInfo:
@@ -580,5 +591,5 @@ def _cut_to_whole_lines(part: Path) -> None:
 
 
 def _last_write(part: Path) -> datetime:
-    newest = max(it.stat().st_mtime for it in part.rglob("*"))
+    newest = max(file.stat().st_mtime for file in part.rglob("*"))
     return datetime.fromtimestamp(newest, UTC)

@@ -34,7 +34,7 @@ def model_of(kinds: Iterable[type[Registered]]) -> type[EventData]:
     """Describe a snapshot with all that families, and what extends them, tell."""
     own = list(kinds)
     move: Any = Union[tuple(record for kind in own for record in kind.move_records)]  # noqa: UP007
-    fields: dict[str, Any] = {it.collections[0]: list[it.now] for it in own if issubclass(it, Family)}  # type: ignore[name-defined]
+    fields: dict[str, Any] = {kind.collections[0]: list[kind.now] for kind in own if issubclass(kind, Family)}  # type: ignore[name-defined]
     fields["moves"] = list[move], Field(description="Moves that are not over.")
     return create_model("Snapshot", __base__=Snapshot, __doc__=Snapshot.__doc__, **fields)
 
@@ -56,14 +56,14 @@ def taking(
     model = model_of(map(type, registered))
 
     def take(wanted: Filter, as_of: str) -> EventData:
-        logs = (log for it in registered for log in it.move_logs())
+        logs = (log for package in registered for log in package.move_logs())
         told: dict[str, Any] = {
             "as_of": as_of,
             "lines": [] if wanted.bodies else [_line(line) for line in ports.values()],
-            "moves": [it for log in logs for it in log.under_way() if wanted.wants_address(it.body_id)],
+            "moves": [move for log in logs for move in log.under_way() if wanted.wants_address(move.body_id)],
         }
-        for family in (it for it in registered if isinstance(it, Family)):
-            seen = (it.now for it in family.seen() if wanted.wants_address(it.address))
+        for family in (package for package in registered if isinstance(package, Family)):
+            seen = (seen.now for seen in family.seen() if wanted.wants_address(seen.address))
             told[family.collections[0]] = list(seen)
         return model(**told)
 

@@ -61,20 +61,20 @@ class WindDown:
         told = {"on_exit": self._on_exit}
         do_each(WHAT, partial(self._events.publish, "gateway.shutting_down", SUBJECT, told))
         revoking = (partial(line.revoke, GatewayEnding) for line in self._lines)
-        insist(WHAT, *revoking, *(partial(self._end_motion, each) for each in self._registered))
+        insist(WHAT, *revoking, *(partial(self._end_motion, package) for package in self._registered))
         with suppress(TimeoutError):
             async with asyncio.timeout(self._patience_s) as self._limit:
-                await asyncio.gather(*(supervised(WHAT, each.at_rest) for each in self._registered))
+                await asyncio.gather(*(supervised(WHAT, package.at_rest) for package in self._registered))
         self._limit = None
         do_each(WHAT, self._name_what_moves)
-        await do_in_turn(WHAT, *(each.let_go for each in self._registered))
+        await do_in_turn(WHAT, *(package.let_go for package in self._registered))
 
-    def _end_motion(self, it: Registered) -> None:
-        self._stops += it.end_motion(everything=self._on_exit == "stop")
+    def _end_motion(self, package: Registered) -> None:
+        self._stops += package.end_motion(everything=self._on_exit == "stop")
 
     def _name_what_moves(self) -> None:
-        for it in self._registered:
-            for what, subject, why, move in it.left_moving():
+        for package in self._registered:
+            for what, subject, why, move in package.left_moving():
                 log.warning("%s is left moving, as far as is known: %s", subject.rpartition("/")[2], why)
                 data = {"move_id": move, "detail": why}
                 self._events.publish(f"{what}.left_moving", subject, data, move)

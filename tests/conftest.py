@@ -68,7 +68,9 @@ def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool 
 
 def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
     """Tell how many functions drawn faults have struck."""
-    properties = [it for passed in terminalreporter.getreports("passed") for it in passed.user_properties]
+    properties = [
+        noted for passed in terminalreporter.getreports("passed") for noted in passed.user_properties
+    ]
     if struck := {place for name, places in properties if name == STRUCK for place in places}:
         terminalreporter.write_line(f"{len(struck):,} {STRUCK}")
 

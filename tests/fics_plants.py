@@ -92,7 +92,7 @@ class Cable(SimulatedCable):
             super()._deliver(self.copies.pop(0))
             asyncio.get_running_loop().call_later(COPY_GAP_S, self._deliver, data)
             return
-        for text in [it for it in self.misread if it.encode("ascii") in data]:
+        for text in [answer for answer in self.misread if answer.encode("ascii") in data]:
             data = data.replace(text.encode("ascii"), self.misread.pop(text).encode("ascii"))
         if not self.lost_answer or not data.startswith(self.lost_answer.encode()):
             super()._deliver(data)
@@ -189,7 +189,8 @@ class FicsRig:
     def events(self, prefix: str = "") -> list[Event]:
         """Events published so far."""
         hub = self.plant.events
-        return [it for n in range(hub.first, hub.last + 1) if (it := hub.event(n)).type.startswith(prefix)]
+        found = (hub.event(number) for number in range(hub.first, hub.last + 1))
+        return [event for event in found if event.type.startswith(prefix)]
 
     def types(self, prefix: str = "") -> list[str]:
         """The types of what has been published so far."""

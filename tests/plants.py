@@ -166,7 +166,8 @@ class Rig:
     def events(self, prefix: str = "") -> list[Event]:
         """Events published so far."""
         hub = self.plant.events
-        return [it for n in range(hub.first, hub.last + 1) if (it := hub.event(n)).type.startswith(prefix)]
+        found = (hub.event(number) for number in range(hub.first, hub.last + 1))
+        return [event for event in found if event.type.startswith(prefix)]
 
     def types(self, prefix: str = "") -> list[str]:
         """The types of what has been published so far."""

@@ -114,7 +114,7 @@ def run_by(test: str) -> str:
     file, _, name = test.partition("::")
     path = ROOT / file
     files = sorted(path.rglob("test_*.py")) if path.is_dir() else [path]
-    runs = frozenset[str]().union(*(runs_of(it.read_text("utf-8")) for it in files))
+    runs = frozenset[str]().union(*(runs_of(file.read_text("utf-8")) for file in files))
     return _RUNS[_runs_of_function(path, name) if name and runs != {"prove"} else runs]
 
 
@@ -122,7 +122,7 @@ def _runs_of_function(file: Path, name: str) -> frozenset[str]:
     """The targets that run a test by its own marks."""
     for node in ast.walk(ast.parse(file.read_text("utf-8"))):
         if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef) and node.name == name:
-            marks = [ast.unparse(it) for it in node.decorator_list]
+            marks = [ast.unparse(mark) for mark in node.decorator_list]
             return frozenset({"prove"} if "pytest.mark.prove" in marks else runs_of("\n".join(marks)))
     raise LookupError(f"{file.relative_to(ROOT)} has no {name}")
 
@@ -135,7 +135,7 @@ def page() -> str:
         if promise.section != section:
             section = promise.section
             rows.append(f"| **{section}** | | |")
-        tests = "<br>".join(f"`{it.replace('::', ' ')}`" for it in found.tests)
+        tests = "<br>".join(f"`{test.replace('::', ' ')}`" for test in found.tests)
         rows.append(f"| {_short(promise.text)} | {tests} | {'<br>'.join(map(run_by, found.tests))} |")
     return _HEAD + "\n".join([*rows, ""])
 

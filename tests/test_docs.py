@@ -12,7 +12,7 @@ from simulator.cli import app as simulator_app
 
 ROOT = Path(__file__).parent.parent
 PAGES = sorted([ROOT / "README.md", *(ROOT / "docs").rglob("*.md")])
-FOLDERS = "|".join(it.name for it in ROOT.iterdir() if it.is_dir() and it.name[0] != ".")
+FOLDERS = "|".join(folder.name for folder in ROOT.iterdir() if folder.is_dir() and folder.name[0] != ".")
 NAMED_FILE = re.compile(rf"`((?:{FOLDERS})/[\w./-]*\w)")
 LINK = re.compile(r"\]\((?!https?:)([^)#\s]*)(?:#([^)\s]+))?\)")
 CALL = re.compile(r"(?<![\w/-])motion-gateway ([a-z][^`|;#)\n>]*)")
@@ -46,7 +46,7 @@ def test_commands_have_the_options_that_are_named(page: Path) -> None:
     for call in CALL.findall(page.read_text("utf-8")):
         command = command_of(call.split())
         known = {name for parameter in command.params for name in parameter.opts}
-        assert {it.partition("=")[0] for it in call.split() if it.startswith("--")} <= known, call
+        assert {word.partition("=")[0] for word in call.split() if word.startswith("--")} <= known, call
 
 
 def test_every_command_stands_in_the_page_of_the_command_line() -> None:
@@ -67,7 +67,7 @@ def command_of(words: list[str]) -> Any:
 def headings(page: Path) -> set[str]:
     """The headings of a page, as links name them."""
     found = re.findall(r"^#+ (.*)$", page.read_text("utf-8"), re.MULTILINE)
-    return {re.sub(r"[^\w\- ]", "", it.lower()).replace(" ", "-") for it in found}
+    return {re.sub(r"[^\w\- ]", "", title.lower()).replace(" ", "-") for title in found}
 
 
 def test_the_first_page_is_read_in_a_minute_and_shows_a_picture() -> None:

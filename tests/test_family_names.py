@@ -16,9 +16,9 @@ KINDS: Final = (".py", ".toml", ".json", ".html")
 
 def texts(folder: str) -> Iterator[Path]:
     """All but the pages of the console, which are built of other sources."""
-    for it in sorted((ROOT / folder).rglob("*")):
-        if it.suffix in KINDS and "built" not in it.parts:
-            yield it
+    for file in sorted((ROOT / folder).rglob("*")):
+        if file.suffix in KINDS and "built" not in file.parts:
+            yield file
 
 
 def named(text: str) -> list[str]:
@@ -29,7 +29,7 @@ def named(text: str) -> list[str]:
 def test_no_family_is_named(folder: str) -> None:
     files = list(texts(folder))
     assert len(files) > 30
-    assert {str(it): found for it in files if (found := named(it.read_text("utf-8")))} == {}
+    assert {str(file): found for file in files if (found := named(file.read_text("utf-8")))} == {}
 
 
 @pytest.mark.parametrize(

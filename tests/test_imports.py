@@ -33,7 +33,7 @@ def test_a_small_feature_is_read_with_few_files(graph: grimp.ImportGraph, featur
 def test_the_contract_of_api_names_all_of_the_gateway_but_its_door(graph: grimp.ImportGraph) -> None:
     settings: dict[str, Any] = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))
     contracts = settings["tool"]["importlinter"]["contracts"]
-    [contract] = [it for it in contracts if it["name"] == CONTRACT]
+    [contract] = [contract for contract in contracts if contract["name"] == CONTRACT]
     assert {*contract["forbidden_modules"], "gateway.door"} == graph.find_children("gateway")
 
 

@@ -61,15 +61,17 @@ def imported(tree: ast.AST) -> Iterator[str]:
     """All that a module imports, by its whole name."""
     for node in ast.walk(tree):
         if isinstance(node, ast.Import):
-            yield from (it.name for it in node.names)
+            yield from (name.name for name in node.names)
         elif isinstance(node, ast.ImportFrom) and node.module and not node.level:
-            yield from (f"{node.module}.{it.name}" for it in node.names)
+            yield from (f"{node.module}.{name.name}" for name in node.names)
 
 
 def is_private(name: str) -> bool:
     library, *parts = name.split(".")
     hidden = any(part.startswith("_") and not part.startswith("__") for part in parts)
-    return library in LIBRARIES and (hidden or f"{name}.".startswith(tuple(f"{it}." for it in UNDOCUMENTED)))
+    return library in LIBRARIES and (
+        hidden or f"{name}.".startswith(tuple(f"{module}." for module in UNDOCUMENTED))
+    )
 
 
 @pytest.mark.parametrize(
@@ -117,7 +119,7 @@ def functions_of(member: object) -> list[CodeType]:
     if isinstance(member, classmethod | staticmethod):
         member = member.__func__
     parts = (member.fget, member.fset) if isinstance(member, property) else (member,)
-    return [it.__code__ for it in parts if isinstance(it, FunctionType)]
+    return [part.__code__ for part in parts if isinstance(part, FunctionType)]
 
 
 def classes_in(module: ModuleType) -> Iterator[type]:
@@ -134,7 +136,10 @@ def touched(kind: type) -> set[str]:
     """The private members of libraries' classes that one of ours uses, or covers."""
     theirs: set[str] = set().union(*(members_of(base) for base in kind.__mro__ if is_of_a_library(base)))
     used = {
-        name for it in vars(kind).values() for function in functions_of(it) for name in names_in(function)
+        name
+        for member in vars(kind).values()
+        for function in functions_of(member)
+        for name in names_in(function)
     }
     return {name for name in used | set(vars(kind)) if is_hidden(name)} & theirs
 
@@ -166,6 +171,10 @@ def test_every_dependency_has_an_upper_bound() -> None:
     project = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]
     asked = [
         *project["dependencies"],
-        *(it for extra in project["optional-dependencies"].values() for it in extra),
+        *(requirement for extra in project["optional-dependencies"].values() for requirement in extra),
     ]
-    assert [it for it in asked if not re.fullmatch(r"[\w\[\]-]+>=[\d.]+,<[\d.]+(; .+)?", it)] == []
+    assert [
+        requirement
+        for requirement in asked
+        if not re.fullmatch(r"[\w\[\]-]+>=[\d.]+,<[\d.]+(; .+)?", requirement)
+    ] == []

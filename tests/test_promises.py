@@ -6,7 +6,7 @@ from tests.promises import ROOT, Held, held, page, promises, run_by
 
 
 def test_every_promise_has_its_place_in_the_list_of_tests() -> None:
-    told, listed = [it.text for it in promises()], [it.beginning for it in held()]
+    told, listed = [promise.text for promise in promises()], [entry.beginning for entry in held()]
     assert [
         text for text, beginning in zip(told, listed, strict=False) if not text.startswith(beginning)
     ] == []

@@ -16,7 +16,7 @@ from tests.e2e.processes import Gateway, simulated_line, write_config
 
 pytestmark = pytest.mark.prove
 ROOT = Path(__file__).parents[1]
-PAGES = sorted(it for it in (ROOT / "docs" / "recipes").glob("*.md") if it.name != "index.md")
+PAGES = sorted(page for page in (ROOT / "docs" / "recipes").glob("*.md") if page.name != "index.md")
 FENCED = re.compile(r"^```(\w+)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 SAVED = re.compile(r"[Ss]ave it as `([\w.]+)`")
 DEMO = "http://127.0.0.1:8420"
@@ -47,7 +47,7 @@ def missing(answer: list[str], told: str) -> list[str]:
     """The lines of a page's answer that were not told, in their order."""
     left = iter(told.splitlines())
     patterns = [".*".join(map(re.escape, line.split("…"))) for line in answer]
-    return [it for it in patterns if not any(re.match(it, line) for line in left)]
+    return [pattern for pattern in patterns if not any(re.match(pattern, line) for line in left)]
 
 
 @contextmanager

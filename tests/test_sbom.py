@@ -13,7 +13,7 @@ def test_it_is_written_anew_with_the_pins() -> None:
 
 
 def test_it_names_each_pinned_package_and_its_version() -> None:
-    told = {it["purl"] for it in bill()["components"]}
+    told = {component["purl"] for component in bill()["components"]}
     pins = re.findall(r"(?m)^(\S+)==(\S+)", (ROOT / "requirements.txt").read_text("utf-8"))
     assert len(pins) > 20
     assert {f"pkg:pypi/{name}@{version}" for name, version in pins} <= told
@@ -21,6 +21,6 @@ def test_it_names_each_pinned_package_and_its_version() -> None:
 
 def test_it_names_what_the_pages_import() -> None:
     folders = (ROOT / "console" / "src", ROOT / "clients" / "typescript" / "src")
-    sources = [it for folder in folders for it in folder.rglob("*") if it.suffix in (".ts", ".svelte")]
-    imported = {name for it in sources for name in _IMPORTED.findall(it.read_text("utf-8"))}
+    sources = [file for folder in folders for file in folder.rglob("*") if file.suffix in (".ts", ".svelte")]
+    imported = {name for file in sources for name in _IMPORTED.findall(file.read_text("utf-8"))}
     assert imported == set(IN_PAGES)

@@ -24,7 +24,10 @@ class Watcher:
     def of(self, type_: str = "body.position", subject: str = "/bodies/line1.3F") -> list[dict[str, Any]]:
         """The events of a type about a subject."""
         return [
-            it for write in self.writes for it in write if (it["type"], it["subject"]) == (type_, subject)
+            event
+            for write in self.writes
+            for event in write
+            if (event["type"], event["subject"]) == (type_, subject)
         ]
 
     @property

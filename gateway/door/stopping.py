@@ -26,7 +26,7 @@ async def stop(plant: Plant, target: str, mode: StopMode) -> Stopped:
 async def stop_all(plant: Plant, mode: StopMode) -> Stopped:
     """Stop everything; the frames are queued before anything is awaited."""
     stopped = await asyncio.gather(*twice("a stop", _begin_all, plant, mode))
-    return Stopped({name: those for each in stopped for name, those in each.reports.items()})
+    return Stopped({name: those for stop in stopped for name, those in stop.reports.items()})
 
 
 def _begin_one(plant: Plant, target: str, mode: StopMode) -> Awaitable[Stopped]:

@@ -50,7 +50,7 @@ async def demo(credentials: Credentials | None = None, data: Path | None = None)
     teach(line, now)
     ports = {LINE: SimulatedLine(line), "cell1": SimulatedCable(robot)}
     faults = DemoFaults(SimulatedPlant(line, ports[LINE], robot, ports["cell1"]), LINE, ROBOT)
-    by_address = {it.address: ports[it.id] for it in config.lines}
+    by_address = {line.address: ports[line.id] for line in config.lines}
     journal = open_journal(data, open_disk=faults.open_disk) if data else None
     plant = TestedPlant(config, open_transport=by_address.__getitem__, rng=Random(0), journal=journal)
     kept = TemporaryDirectory(ignore_cleanup_errors=True)

@@ -48,11 +48,11 @@ class FakeGateway:
 
     @property
     def paths(self) -> list[str]:
-        return [it.path for it in self.asked]
+        return [request.path for request in self.asked]
 
     @property
     def posted(self) -> list[tuple[str, object]]:
-        return [(it.path, it.content) for it in self.asked if it.method == "POST"]
+        return [(request.path, request.content) for request in self.asked if request.method == "POST"]
 
     def run(self, monkeypatch: pytest.MonkeyPatch, *words: str, **environment: str) -> Result:
         monkeypatch.setattr(http, "request", self.request)
@@ -96,7 +96,12 @@ def plant(**names: str) -> dict[str, list[Answer]]:
         "/bodies": [
             (
                 200,
-                {"bodies": [{"body_id": f"a.{it}", "name": names.get(f"b{it}", "")} for it in ("3F", "02")]},
+                {
+                    "bodies": [
+                        {"body_id": f"a.{number}", "name": names.get(f"b{number}", "")}
+                        for number in ("3F", "02")
+                    ]
+                },
             )
         ],
         "/groups": [(200, {"groups": [{"group_id": "a.80", "name": names.get("g80", "")}]})],

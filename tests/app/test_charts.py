@@ -19,7 +19,7 @@ def test_lines_of_a_panel_lie_over_each_other_with_their_names() -> None:
     lines = [PlottedLine("planned", [(0, 0), (1, 10)]), PlottedLine("measured <5 Hz", [(0, 0), (1, 9)])]
     picture = read_svg(chart("3F & others", [Panel("Speed", lines)]))
     assert len(picture.findall(f"{SVG}polyline")) == 2
-    said = [it.text for it in picture.iter(f"{SVG}text")]
+    said = [text.text for text in picture.iter(f"{SVG}text")]
     assert {"3F & others", "Speed", "planned", "measured <5 Hz", "Time [s]"} <= set(said)
 
 

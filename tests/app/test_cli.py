@@ -77,7 +77,7 @@ def test_a_call_loads_nothing_that_takes_long(name: str) -> None:
 
 
 def test_what_is_written_out_to_load_nothing_is_that_of_the_gateway() -> None:
-    assert {it for it in MoveStatus if it.final} == client.OVER
+    assert {status for status in MoveStatus if status.final} == client.OVER
     assert {NoReply.kind, GarbledReply.kind} == client.UNANSWERED
     assert Ambiguous.kind == client.AMBIGUOUS
     assert get_args(stop.StopMode) == get_args(StopMode)

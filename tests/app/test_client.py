@@ -56,7 +56,7 @@ def test_a_key_file_that_cannot_be_read_is_told_without_numbers(tmp_path: Path) 
 def test_each_call_has_an_id_of_its_own_and_an_error_names_it(monkeypatch: pytest.MonkeyPatch) -> None:
     for gateway in (always(NOBODY, 404), always(["a proxy"], 502)):
         errors = [gateway.run(monkeypatch, "send", "3F", "6PD").stderr for _ in range(2)]
-        ids = [it.headers["X-Request-Id"] for it in gateway.asked]
+        ids = [request.headers["X-Request-Id"] for request in gateway.asked]
         assert len(set(ids)) == 2
         assert all(f"request {name}" in error for name, error in zip(ids, errors, strict=True))
 
@@ -100,7 +100,7 @@ def test_the_key_comes_from_the_environment_or_from_a_file_which_goes_first(
         (("--key-file", str(file)), {}),
     ):
         assert gateway.run(monkeypatch, "send", "3F", "6PD", *words, **environment).exit_code == 0
-    keys = [it.headers["Authorization"] for it in gateway.asked]
+    keys = [request.headers["Authorization"] for request in gateway.asked]
     assert keys == ["Bearer mg_environment", "Bearer mg_file", "Bearer mg_file"]
 
 
@@ -118,7 +118,7 @@ def test_no_key_and_no_stop_goes_in_plain_text_to_a_proxy_of_the_environment(
 
     monkeypatch.setattr(http, "request", request)
     assert CliRunner().invoke(app, ["stop", "--url", url]).exit_code == 0
-    assert [it["trust_env"] for it in asked] == [trusted]
+    assert [options["trust_env"] for options in asked] == [trusted]
 
 
 @pytest.mark.parametrize("content", [None, b"\n", b"\xff"])

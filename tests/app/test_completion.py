@@ -43,4 +43,4 @@ def test_the_key_is_read_from_its_file(
         monkeypatch.setenv("MOTION_GATEWAY_KEY_FILE", str(file))
         found = completed(monkeypatch, gateway, "stop", "ar")
     assert found == ["arm"]
-    assert {it.headers["Authorization"] for it in gateway.asked} == {"Bearer mg_1_secret"}
+    assert {request.headers["Authorization"] for request in gateway.asked} == {"Bearer mg_1_secret"}

@@ -30,7 +30,10 @@ def test_what_is_broken_twice_is_broken_once_and_all_is_mended_together() -> Non
             for target in ("line1.3F", "LINE1.3f", "r1"):
                 await http.post("/demo/faults", json={"kind": "ems", "target": target})
             standing = (await http.get("/demo/faults")).json()["faults"]
-            assert [(it["kind"], it["target"]) for it in standing] == [("ems", "line1.3F"), ("ems", "r1")]
+            assert [(fault["kind"], fault["target"]) for fault in standing] == [
+                ("ems", "line1.3F"),
+                ("ems", "r1"),
+            ]
             assert (await http.delete("/demo/faults")).json()["faults"] == []
             assert (await http.get("/demo/faults")).json()["faults"] == []
 

@@ -147,7 +147,7 @@ def test_no_client_fills_the_log_and_others_are_still_told_of() -> None:
         refused_by("10.0.0.8", "api.front.connections", 1)
     lines = stream.getvalue().splitlines()
     assert LINES_AT_ONCE <= len(lines) - 2 <= LINES_AT_ONCE + 20  # and a few a second
-    left_out = [int(it) for it in re.findall(r"left_out_before=(\d+)", stream.getvalue())]
+    left_out = [int(number) for number in re.findall(r"left_out_before=(\d+)", stream.getvalue())]
     assert sum(left_out) == 2002 - len(lines)
 
 

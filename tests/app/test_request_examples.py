@@ -42,13 +42,13 @@ def shown() -> Iterator[Shown]:
     for path, item in json.loads(OPENAPI.read_text("utf-8"))["paths"].items():
         for method, operation in item.items():
             names = {
-                it["name"]: it["example"]
-                for it in operation.get("parameters", ())
-                if it["in"] == "path" and "example" in it
+                parameter["name"]: parameter["example"]
+                for parameter in operation.get("parameters", ())
+                if parameter["in"] == "path" and "example" in parameter
             }
             for content in operation.get("requestBody", {}).get("content", {}).values():
-                for name, it in content["examples"].items():
-                    yield Shown(method.upper(), path, name, names, it["value"])
+                for name, example in content["examples"].items():
+                    yield Shown(method.upper(), path, name, names, example["value"])
 
 
 Request = tuple[str, str, Any]
@@ -94,18 +94,18 @@ NEEDS_A_FILE: Final = ("/lines", "/lines/{line_id}/bodies", "/system/reload")
 NEEDS_KEYS: Final = ("/access/keys", "/access/keys/{name}/rotate")
 
 
-async def prepared(demo: Demo, it: Shown) -> dict[str, Any]:
+async def prepared(demo: Demo, example: Shown) -> dict[str, Any]:
     """Do what has to be done before, and give the names in the path."""
     made: dict[str, Any] = {}
     for pattern, requests in FIRST.items():
-        for method, path, body in requests if re.search(pattern, str(it)) else ():
+        for method, path, body in requests if re.search(pattern, str(example)) else ():
             answer = await demo.client.request(method, path, json=body)
             assert answer.is_success, answer.text
             made = {"move_id": answer.json().get("id")}
             await asyncio.sleep(SETTLING_S)
             if method == "PUT":
                 await ended(demo, answer)
-    return {**it.names, **made}
+    return {**example.names, **made}
 
 
 async def ended(demo: Demo, answer: Response) -> None:
@@ -124,14 +124,18 @@ async def end_of(demo: Demo, place: str) -> None:
     assert record.get("status") not in NOT_DONE, record
 
 
-async def do(demo: Demo, it: Shown) -> None:
+async def do(demo: Demo, example: Shown) -> None:
     """Send it, wait for the ends of the moves that it begins, and look for errors."""
-    names = await prepared(demo, it)
-    answer = await demo.client.request(it.method, it.path.format_map(names), json=it.body)
+    names = await prepared(demo, example)
+    answer = await demo.client.request(example.method, example.path.format_map(names), json=example.body)
     assert answer.is_success, answer.text
     told = answer.json() if answer.content else {}
-    assert [it["error"] for it in told.get("members", ()) if isinstance(it, dict) and it["error"]] == []
-    if it.path != "/system/scans":  # there is no such port here, and its scan says so
+    assert [
+        example["error"]
+        for example in told.get("members", ())
+        if isinstance(example, dict) and example["error"]
+    ] == []
+    if example.path != "/system/scans":  # there is no such port here, and its scan says so
         await ended(demo, answer)
     for move in told.get("moves", ()):
         await end_of(demo, f"/bodies/{move['body_id']}/moves/{move['id']}")
@@ -140,37 +144,39 @@ async def do(demo: Demo, it: Shown) -> None:
     assert [alarm["en"]["happened"] for alarm in alarms] == []
 
 
-@pytest.mark.parametrize("it", [it for it in shown() if it.path not in NEEDS_A_FILE + NEEDS_KEYS], ids=str)
-def test_the_demo_does_what_is_shown(it: Shown) -> None:
+@pytest.mark.parametrize(
+    "example", [example for example in shown() if example.path not in NEEDS_A_FILE + NEEDS_KEYS], ids=str
+)
+def test_the_demo_does_what_is_shown(example: Shown) -> None:
     async def story() -> None:
         async with demo() as running:
-            await do(running, it)
+            await do(running, example)
 
     run_virtual(story())
 
 
-@pytest.mark.parametrize("it", [it for it in shown() if it.path in NEEDS_A_FILE], ids=str)
-def test_a_gateway_with_a_file_does_what_is_shown(tmp_path: Path, it: Shown) -> None:
+@pytest.mark.parametrize("example", [example for example in shown() if example.path in NEEDS_A_FILE], ids=str)
+def test_a_gateway_with_a_file_does_what_is_shown(tmp_path: Path, example: Shown) -> None:
     file = tmp_path / "gateway.toml"
     file.write_text('[[lines]]\nid = "line1"\naddress = "tcp://127.0.0.1:1"\nbodies = [{ id = "3F" }]\n')
 
     async def story() -> None:
         async with demo() as running:
             running.plant.file = ConfigFile(file)
-            await do(running, it)
+            await do(running, example)
 
     run_virtual(story())
 
 
-@pytest.mark.parametrize("it", [it for it in shown() if it.path in NEEDS_KEYS], ids=str)
-def test_a_gateway_with_keys_does_what_is_shown(tmp_path: Path, it: Shown) -> None:
+@pytest.mark.parametrize("example", [example for example in shown() if example.path in NEEDS_KEYS], ids=str)
+def test_a_gateway_with_keys_does_what_is_shown(tmp_path: Path, example: Shown) -> None:
     keys = Keys(tmp_path)
-    if "{name}" in it.path:
-        keys.store.create(it.names["name"], Role("operator"), None)
+    if "{name}" in example.path:
+        keys.store.create(example.names["name"], Role("operator"), None)
 
     async def story() -> None:
         async with demo(keys.credentials) as running:
             running.client.headers.update(keys.header("admin"))
-            await do(running, it)
+            await do(running, example)
 
     run_virtual(story())

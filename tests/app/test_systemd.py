@@ -99,7 +99,7 @@ def pauses(rig_: Rig) -> list[float]:
 
 
 def longest(at: list[float], begin: float, end: float) -> float:
-    moments = [begin, *(it for it in at if begin <= it <= end), end]
+    moments = [begin, *(sign for sign in at if begin <= sign <= end), end]
     return max(later - earlier for earlier, later in itertools.pairwise(moments))
 
 
@@ -107,8 +107,8 @@ def nothing(_: Rig) -> None:
     """It stays as it is."""
 
 
-def switch_off(it: Rig) -> None:
-    it.machine.power_off(asyncio.get_running_loop().time())
+def switch_off(stand: Rig) -> None:
+    stand.machine.power_off(asyncio.get_running_loop().time())
 
 
 @pytest.mark.parametrize(
@@ -119,7 +119,7 @@ def switch_off(it: Rig) -> None:
         ((), (0,), nothing),
         ((0, 1), (0, 1), switch_off),
         ((), (0,), switch_off),
-        ((0, 1), (0, 1), lambda it: it.wire.unplug()),
+        ((0, 1), (0, 1), lambda stand: stand.wire.unplug()),
     ],
     ids=["all answer", "one is silent", "only the link master", "all off", "that off", "no port"],
 )
@@ -128,10 +128,10 @@ def test_a_line_works_on_whatever_is_at_its_far_end(
 ) -> None:
     @in_virtual_time
     async def story() -> None:
-        async with rig(bodies=bodies, present=present, groups={}) as it:
-            worked, loop = pauses(it), asyncio.get_running_loop()
+        async with rig(bodies=bodies, present=present, groups={}) as stand:
+            worked, loop = pauses(stand), asyncio.get_running_loop()
             begin = loop.time()
-            happens(it)
+            happens(stand)
             await asyncio.sleep(5 * WATCHDOG_S)
             assert longest(worked, begin, loop.time()) < WATCHDOG_S / 2
 
@@ -140,21 +140,21 @@ def test_a_line_works_on_whatever_is_at_its_far_end(
 
 @in_virtual_time
 async def test_a_line_with_a_robot_works_on_too() -> None:
-    async with fics_rig() as it:
+    async with fics_rig() as stand:
         at: list[float] = []
-        it.robot.line.on_work = lambda: at.append(asyncio.get_running_loop().time())
+        stand.robot.line.on_work = lambda: at.append(asyncio.get_running_loop().time())
         begin = asyncio.get_running_loop().time()
         await asyncio.sleep(2 * WATCHDOG_S)
-        it.cable.unplug()
+        stand.cable.unplug()
         await asyncio.sleep(2 * WATCHDOG_S)
         assert longest(at, begin, asyncio.get_running_loop().time()) < WATCHDOG_S / 2
 
 
 @in_virtual_time
 async def test_a_line_whose_work_has_ended_says_nothing_more() -> None:
-    async with rig() as it:
-        worked = pauses(it)
-        await it.plant.lines["line1"].close()
+    async with rig() as stand:
+        worked = pauses(stand)
+        await stand.plant.lines["line1"].close()
         worked.clear()
         await asyncio.sleep(WATCHDOG_S)
         assert worked == []

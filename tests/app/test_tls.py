@@ -80,9 +80,11 @@ def test_nobody_is_asked_for_a_passphrase(tmp_path: Path) -> None:
 
 
 def test_nothing_is_encrypted_with_cbc(tmp_path: Path) -> None:
-    ciphers = [it["name"] for it in Certificate(*write_certificate(tmp_path, "first")).context.get_ciphers()]
+    ciphers = [
+        cipher["name"] for cipher in Certificate(*write_certificate(tmp_path, "first")).context.get_ciphers()
+    ]
     assert ciphers
-    assert [it for it in ciphers if "GCM" not in it and "CHACHA20" not in it] == []
+    assert [cipher for cipher in ciphers if "GCM" not in cipher and "CHACHA20" not in cipher] == []
 
 
 def test_browsers_that_were_here_over_tls_do_not_come_in_plain_text(tmp_path: Path) -> None:

@@ -52,7 +52,7 @@ def test_help_has_the_words_of_the_row(command: list[str], sentence: str) -> Non
 def test_shells_are_told_the_same() -> None:
     stop = typer.main.get_command(app).commands["stop"]  # type: ignore[attr-defined]  # it is a group
     shown = stop.shell_complete(stop.make_context("stop", []), "--mo")
-    assert [it.value for it in shown] == ["--mode"]
+    assert [word.value for word in shown] == ["--mode"]
     assert "5SS" in shown[0].help
 
 

@@ -104,14 +104,14 @@ class Row(ABC):
         :raises AssertionError: an answer to something else was credited.
         """
         done = list(self._requests(flipped))
-        worst = max((it.kind for it in done), key=list(Sent).index, default=Sent.NOTHING)
-        for it in done:
+        worst = max((outcome.kind for outcome in done), key=list(Sent).index, default=Sent.NOTHING)
+        for one in done:
             if (
-                it.kind not in (Sent.SAME, Sent.OTHER_VALUE)
-                and self.comes_back(it.answer) is not Heard.NOTHING
+                one.kind not in (Sent.SAME, Sent.OTHER_VALUE)
+                and self.comes_back(one.answer) is not Heard.NOTHING
             ):
-                raise AssertionError(f"{it.answer!r} was credited to {self.command!r}")
-        wrong = [it.command for it in done if it.kind is not Sent.SAME]
+                raise AssertionError(f"{one.answer!r} was credited to {self.command!r}")
+        wrong = [one.command for one in done if one.kind is not Sent.SAME]
         return Outcome(flipped, worst, any(command.effect is Effect.MOTION for command in wrong))
 
     def _credited(self, frames: Sequence[Any], exchange: Exchange[Any, Any, Any]) -> Any:
@@ -159,7 +159,7 @@ class RorzeRow(Row):
     def comes_back(self, reply: bytes) -> Heard:
         exchange = self._session.exchange(self.body, self.meant, Lane.READ)
         frames = rorze.LinkReader().feed(reply + self.ITS_REPLY)
-        replies = [it for it in frames if isinstance(it, ReplyFrame)]
+        replies = [frame for frame in frames if isinstance(frame, ReplyFrame)]
         credited = self._credited(replies, exchange)
         if credited is None:
             return Heard.NOTHING

@@ -40,8 +40,8 @@ def page() -> str:
 
 def _family(title: str, its_rows: Iterable[Row]) -> Iterator[str]:
     told = [(row, list(row.sent()), list(row.heard())) for row in its_rows]
-    sent = [it for _, of_command, _ in told for it in of_command]
-    heard = [it for _, _, of_reply in told for it in of_reply]
+    sent = [outcome for _, of_command, _ in told for outcome in of_command]
+    heard = [outcome for _, _, of_reply in told for outcome in of_reply]
     yield f"## {title}\n"
     yield f"Of {len(sent)} flips in commands: {_shares(sent, _SENT)}."
     yield f"Of {len(heard)} flips in replies: {_shares(heard, Heard)}.\n"
@@ -50,7 +50,7 @@ def _family(title: str, its_rows: Iterable[Row]) -> Iterator[str]:
     for row, of_command, of_reply in told:
         numbers = [
             *_numbers(of_command, _SENT),
-            sum(it.moves for it in of_command),
+            sum(outcome.moves for outcome in of_command),
             *_numbers(of_reply, Heard),
         ]
         yield f"| `{row.code}` | `{row.name}` | {' | '.join(map(str, numbers))} |"

@@ -41,13 +41,13 @@ def test_robots_in_ver_2_mode_are_credited_no_better() -> None:
     for row in ROWS:
         if row.is_query():
             silent = FicsRow(row, Ver2Reader)
-            assert {it.kind for it in silent.heard()} <= {Heard.NOTHING, Heard.OTHER_VALUE}
+            assert {outcome.kind for outcome in silent.heard()} <= {Heard.NOTHING, Heard.OTHER_VALUE}
 
 
 def test_each_bit_is_flipped_once() -> None:
     frames = list(outcomes.flips(b"&3F6PD\r"))
     assert len(set(frames)) == len(frames) == 7 * 8
-    assert all((int.from_bytes(it) ^ int.from_bytes(b"&3F6PD\r")).bit_count() == 1 for it in frames)
+    assert all((int.from_bytes(frame) ^ int.from_bytes(b"&3F6PD\r")).bit_count() == 1 for frame in frames)
 
 
 @pytest.mark.parametrize(
@@ -70,7 +70,7 @@ def test_what_the_far_end_makes_of_it(flipped: bytes, kind: Sent) -> None:
 
 def test_a_number_that_is_repeated_shows_that_another_was_asked_for() -> None:
     fence = RorzeRow(GetNumberedPositionEntry)
-    kinds = {it.kind for it in fence.sent()}
+    kinds = {outcome.kind for outcome in fence.sent()}
     assert Sent.SEEN in kinds
     assert Sent.OTHER_VALUE not in kinds
 

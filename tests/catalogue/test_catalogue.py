@@ -28,7 +28,7 @@ def test_a_fault_has_tests_that_are_there(number: str) -> None:
 def test_a_number_chooses_its_tests(request: pytest.FixtureRequest) -> None:
     chosen = [item.nodeid for item in request.session.items if "J07" in item.extra_keyword_matches]
     here = {item.nodeid.partition("[")[0] for item in request.session.items}
-    assert {it.partition("[")[0] for it in chosen} == here.intersection(ROWS["J07"].tests)
+    assert {test.partition("[")[0] for test in chosen} == here.intersection(ROWS["J07"].tests)
 
 
 def test_the_page_in_the_docs_is_up_to_date() -> None:

@@ -33,37 +33,37 @@ STORM = 1_000
 
 @in_virtual_time
 async def test_s11_a_bit_that_turns_a_body_into_another_moves_that_and_both_are_told() -> None:
-    async with rig() as it:
-        write = it.wire.write
-        it.wire.write = lambda data: write(data.replace(b"&001+M", b"&011+M"))  # type: ignore[method-assign]
-        move = await finished(it, MoveClockwise(distance=20_000), "00")
+    async with rig() as stand:
+        write = stand.wire.write
+        stand.wire.write = lambda data: write(data.replace(b"&001+M", b"&011+M"))  # type: ignore[method-assign]
+        move = await finished(stand, MoveClockwise(distance=20_000), "00")
         await asyncio.sleep(A_WHILE_S)
         assert (move.status, move.end_cause) == (MoveStatus.FAILED, "not_executed")
-        assert [event.subject for event in it.events("body.motion.foreign")] == ["/bodies/line1.01"]
-        assert [it.axis(body).position(0.0) for body in (0x00, 0x01)] == [0, 20_000]
+        assert [event.subject for event in stand.events("body.motion.foreign")] == ["/bodies/line1.01"]
+        assert [stand.axis(body).position(0.0) for body in (0x00, 0x01)] == [0, 20_000]
 
 
 @in_virtual_time
 async def test_l09_a_storm_of_events_delays_no_stop_and_disturbs_no_move() -> None:
-    async with rig(baud=115_200) as it:
-        await start(it, MoveClockwise(distance=200_000))
-        moved = await start(it, MoveClockwise(distance=2_000), "00")
-        storm = asyncio.create_task(_storm(it))
+    async with rig(baud=115_200) as stand:
+        await start(stand, MoveClockwise(distance=200_000))
+        moved = await start(stand, MoveClockwise(distance=2_000), "00")
+        storm = asyncio.create_task(_storm(stand))
         await asyncio.sleep(1.0)
         asked_at = _now()
-        [stopped] = await it.plant.stops.stop([it.body()], "immediate")
-        [stop, *_] = [sent for sent in it.wire.sent if sent.frame == "&3F5IS"]
-        assert stop.at - asked_at < 61 * it.wire.byte_time_s
+        [stopped] = await stand.plant.stops.stop([stand.body()], "immediate")
+        [stop, *_] = [sent for sent in stand.wire.sent if sent.frame == "&3F5IS"]
+        assert stop.at - asked_at < 61 * stand.wire.byte_time_s
         assert stopped.state == "confirmed"
-        assert (await it.plant.moves.wait(moved.id, 60.0)).status is MoveStatus.SUCCEEDED
+        assert (await stand.plant.moves.wait(moved.id, 60.0)).status is MoveStatus.SUCCEEDED
         await storm
-        assert len(it.events("body.controller_event")) >= STORM
+        assert len(stand.events("body.controller_event")) >= STORM
 
 
-async def _storm(it: Rig) -> None:
+async def _storm(stand: Rig) -> None:
     """A body that reports a change of an input 500 times a second."""
     for number in range(STORM):
-        it.wire._deliver(f">&7EXED[01:I:H{number % 2:04X}]\r".encode())
+        stand.wire._deliver(f">&7EXED[01:I:H{number % 2:04X}]\r".encode())
         await asyncio.sleep(0.002)
 
 
@@ -85,74 +85,74 @@ async def test_l12_a_reply_that_overtakes_another_is_credited_to_its_own_command
 
 @in_virtual_time
 async def test_l12_a_reply_that_its_fence_has_overtaken_is_credited_to_nothing_and_told() -> None:
-    async with rig() as it:
-        it.machine.faults.set(Switch(Fault.LATE, Direction.REPLIES, next_frames=1, delay_s=1.0))
+    async with rig() as stand:
+        stand.machine.faults.set(Switch(Fault.LATE, Direction.REPLIES, next_frames=1, delay_s=1.0))
         with pytest.raises(NoReply):
-            await it.body().ask(SetOverrunFactor(factor=5))
+            await stand.body().ask(SetOverrunFactor(factor=5))
         await asyncio.sleep(A_WHILE_S)
-        [told] = it.events("line.order.violated")
+        [told] = stand.events("line.order.violated")
         assert told.subject == "/lines/line1"
         assert told.data["late"] == "set-overrun-factor of line1.3F"
-        [alarm] = it.plant.alarms.standing()
+        [alarm] = stand.plant.alarms.standing()
         assert (alarm.cause, alarm.subject) == ("line.order.violated", "/lines/line1")
         assert "the reply to set-overrun-factor of line1.3F came after that to" in alarm.en.happened
 
 
 @in_virtual_time
 async def test_l12_a_robot_whose_answers_come_out_of_order_is_told() -> None:
-    async with fics_rig() as it:
-        it.fail(Fault.LATE, Direction.REPLIES, delay_s=1.0)
+    async with fics_rig() as stand:
+        stand.fail(Fault.LATE, Direction.REPLIES, delay_s=1.0)
         with pytest.raises(NoReply):
-            await it.robot.ask(ResetErrors())  # a setting is read back, and its name comes again
+            await stand.robot.ask(ResetErrors())  # a setting is read back, and its name comes again
         await asyncio.sleep(A_WHILE_S)
-        [told] = it.events("line.order.violated")
+        [told] = stand.events("line.order.violated")
         assert told.data == {"late": "reset-errors of r1", "before": "get-variable of r1"}
 
 
 @in_virtual_time
 async def test_c05_a_program_that_starts_with_the_power_is_told_and_a_stop_ends_it() -> None:
-    async with rig() as it:
-        it.axis().program = ("*A", "1+M900000", "WAT5", "JMP*A")
+    async with rig() as stand:
+        stand.axis().program = ("*A", "1+M900000", "WAT5", "JMP*A")
         for command in ("UAS1", "FUS", "FIS"):
-            it.axis().execute(command, _now())
+            stand.axis().execute(command, _now())
             await asyncio.sleep(A_WHILE_S)  # the flash memory takes its time
-        it.machine.switch_body(0x3F, on=False, now=_now())
+        stand.machine.switch_body(0x3F, on=False, now=_now())
         await asyncio.sleep(A_WHILE_S)
-        it.machine.switch_body(0x3F, on=True, now=_now())
+        stand.machine.switch_body(0x3F, on=True, now=_now())
         await asyncio.sleep(2 * A_WHILE_S)
-        assert it.types("body.motion") == ["body.motion.foreign"]
-        [stopped] = await it.plant.stops.stop([it.body()], "immediate")
+        assert stand.types("body.motion") == ["body.motion.foreign"]
+        [stopped] = await stand.plant.stops.stop([stand.body()], "immediate")
         assert stopped.state == "confirmed"
-        stands_at = it.axis().position(_now())
+        stands_at = stand.axis().position(_now())
         await asyncio.sleep(A_WHILE_S)
-        assert it.axis().position(_now()) == stands_at
+        assert stand.axis().position(_now()) == stands_at
 
 
 @in_virtual_time
 async def test_c10_two_bodies_with_one_number_are_not_understood_and_not_moved() -> None:
-    async with rig() as it:
-        it.wire.deaf_to = re.compile(rb"(?<=>&)3F")  # what both say at once is no number
+    async with rig() as stand:
+        stand.wire.deaf_to = re.compile(rb"(?<=>&)3F")  # what both say at once is no number
         await asyncio.sleep(2 * A_WHILE_S)
-        assert "body.offline" in it.types("body")
+        assert "body.offline" in stand.types("body")
         with pytest.raises(GatewayError):
-            await start(it, MoveClockwise(distance=500))
-        assert (await finished(it, MoveClockwise(distance=500), "00")).status is MoveStatus.SUCCEEDED
-        assert not [frame for frame in it.wire.frames() if frame.startswith("&3F1+M")]
+            await start(stand, MoveClockwise(distance=500))
+        assert (await finished(stand, MoveClockwise(distance=500), "00")).status is MoveStatus.SUCCEEDED
+        assert not [frame for frame in stand.wire.frames() if frame.startswith("&3F1+M")]
 
 
 @in_virtual_time
 async def test_c11_the_end_of_the_position_index_refuses_a_move_and_nothing_is_repeated() -> None:
-    async with rig() as it:
-        await it.body().ask(SetPositionIndex(position=2047))
+    async with rig() as stand:
+        await stand.body().ask(SetPositionIndex(position=2047))
         with pytest.raises(ControllerRefused, match="out of range"):
-            await start(it, MoveClockwise(distance=PositionReference(position="next")))
-        assert it.wire.frames().count("&3F1+MP[+]") == 1
+            await start(stand, MoveClockwise(distance=PositionReference(position="next")))
+        assert stand.wire.frames().count("&3F1+MP[+]") == 1
 
 
 @in_virtual_time
 async def test_c17_a_move_that_is_shorter_than_a_poll_is_not_missed() -> None:
-    async with rig() as it:
-        move = await finished(it, MoveClockwise(distance=1))
+    async with rig() as stand:
+        move = await finished(stand, MoveClockwise(distance=1))
         assert (move.status, move.position) == (MoveStatus.SUCCEEDED, 1)
 
 

@@ -126,7 +126,7 @@ IN_ANOTHER_TEST = re.compile("motion-gateway (init|check|serve|keys) ")
 def steps_in(text: str) -> list[str]:
     """The commands of a text, in their order, each in one line."""
     joined = re.sub(r"\|\n +", "| ", text.replace("\\\n", " "))
-    return [it for it in STEP_OF_A_PAGE.findall(joined) if not WITH_KEYS.search(it)]
+    return [step for step in STEP_OF_A_PAGE.findall(joined) if not WITH_KEYS.search(step)]
 
 
 def steps_of(page: str) -> list[str]:
@@ -140,12 +140,12 @@ def steps_of(page: str) -> list[str]:
 
 
 @pytest.mark.parametrize(
-    "page", ["README.md", *sorted(f"docs/{it.name}" for it in (ROOT / "docs").glob("*.md"))]
+    "page", ["README.md", *sorted(f"docs/{page.name}" for page in (ROOT / "docs").glob("*.md"))]
 )
 def test_no_command_of_a_page_is_left_out(page: str) -> None:
     shown = [] if page in ELSEWHERE else steps_in((ROOT / page).read_text("utf-8"))
     tried = steps_of(page) if page in PAGES else []
-    assert [it for it in shown if it not in tried and not IN_ANOTHER_TEST.search(it)] == []
+    assert [step for step in shown if step not in tried and not IN_ANOTHER_TEST.search(step)] == []
 
 
 def program_of_the_page() -> str:

@@ -47,7 +47,8 @@ class Line:
     @property
     def sent(self) -> list[str]:
         return [
-            f"{it.method} {it.url.raw_path.decode()} {it.content.decode()}".strip() for it in self.requests
+            f"{request.method} {request.url.raw_path.decode()} {request.content.decode()}".strip()
+            for request in self.requests
         ]
 
 
@@ -59,8 +60,8 @@ def test_it_sends_the_key_and_an_idempotency_key_only_where_it_is_given() -> Non
     line = Line(*[httpx.Response(202, json=move("sent"))] * 2)
     line.client.start_move("3F", HOME)
     line.client.start_move("3F", HOME, wait=2, idempotency_key="order 7")
-    assert [it.headers["Authorization"] for it in line.requests] == ["Bearer k"] * 2
-    assert [it.headers.get("Idempotency-Key") for it in line.requests] == [None, "order 7"]
+    assert [request.headers["Authorization"] for request in line.requests] == ["Bearer k"] * 2
+    assert [request.headers.get("Idempotency-Key") for request in line.requests] == [None, "order 7"]
     assert line.sent[1].startswith("POST /bodies/3F/moves?wait=2 {")
     assert json.loads(line.requests[1].content) == HOME
 
@@ -122,7 +123,7 @@ def test_waiting_goes_on_over_a_broken_connection() -> None:
     )
     started: Any = move("sent")
     assert line.client.wait_for_move(started, timeout=5)["status"] == "succeeded"
-    assert all(it.startswith("GET /bodies/arm.3F/moves/m1?wait=") for it in line.sent)
+    assert all(sent.startswith("GET /bodies/arm.3F/moves/m1?wait=") for sent in line.sent)
 
 
 def test_a_move_that_has_failed_is_raised_with_its_reason() -> None:
@@ -149,7 +150,7 @@ def test_a_stream_goes_on_after_the_last_event_it_gave() -> None:
     )
     events = line.client.events(types=["line.*", "body.*"])
     assert [next(events)["id"], next(events)["id"]] == ["a-2", "a-3"]
-    assert [it.url.params.get("after") for it in line.requests] == [None, "a-2", "a-2"]
+    assert [request.url.params.get("after") for request in line.requests] == [None, "a-2", "a-2"]
     assert line.requests[0].url.params["types"] == "line.*,body.*"
 
 
@@ -168,7 +169,7 @@ def test_a_stream_tells_how_its_connection_is_and_asks_for_a_snapshot_until_it_h
     )
     assert [next(heard)["id"], next(heard)["id"]] == ["e-6", "e-7"]
     assert said == ["no-answer", None, "no-answer", None]
-    assert [it.url.query.decode() for it in line.requests] == ["snapshot=true"] * 2 + ["after=e-6"]
+    assert [request.url.query.decode() for request in line.requests] == ["snapshot=true"] * 2 + ["after=e-6"]
 
 
 def test_an_answer_is_handed_on_as_it_is_with_the_leases_of_others() -> None:
@@ -192,7 +193,9 @@ def test_a_reader_knows_where_the_stream_began_before_any_event() -> None:
 @given(st.lists(st.text(), min_size=1), st.data())
 def test_a_reader_gives_every_event_however_its_text_is_cut(names: list[str], data: st.DataObject) -> None:
     events = [{"id": f"a-{number}", "subject": name} for number, name in enumerate(names)]
-    lines = [f"id: {it['id']}\nevent: x\ndata: {json.dumps(it, ensure_ascii=False)}\n\n" for it in events]
+    lines = [
+        f"id: {event['id']}\nevent: x\ndata: {json.dumps(event, ensure_ascii=False)}\n\n" for event in events
+    ]
     text, reader = "".join(lines), EventReader(None)
     cut = data.draw(st.integers(0, len(text)))
     taken: list[Any] = [*reader.take(text[:cut]), *reader.take(text[cut:])]

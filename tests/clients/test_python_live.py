@@ -185,7 +185,7 @@ def test_nobody_else_moves_what_is_leased(gateway: Gateway, demo: str) -> None:
             other.start_move("3F", by(5))
         assert (caught.value.kind, caught.value.moved) == ("lease", "no")
         gateway.wait_for_move(gateway.start_move("3F", by(5)))
-    assert lease["lease"] not in [it["lease"] for it in gateway.list_leases()["leases"]]
+    assert lease["lease"] not in [lease["lease"] for lease in gateway.list_leases()["leases"]]
 
 
 def seconds_between(first: UnitStatus, second: UnitStatus) -> float:

@@ -86,7 +86,7 @@ def seeds_of(case: Case) -> Iterator[int]:
 def violations(
     monkeypatch: pytest.MonkeyPatch, case: Case, seed: int, changes: Mapping[str, Any]
 ) -> set[str]:
-    """What a seed finds, by the names of the rules."""
+    """Violations that a seed finds, by the names of the rules."""
     draw, spoil, mend = Seed._draw_family, Seed._spoil, Seed._mend
     always: list[Switch] = []
 

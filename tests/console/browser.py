@@ -163,7 +163,7 @@ class Console:
         self.page.evaluate(AXE.read_text("utf-8"))
         found: dict[str, Any] = self.page.evaluate("axe.run()")
         return [
-            f"{it['id']}: {it['nodes'][0]['target']} {it['nodes'][0]['failureSummary']}"
-            for it in found["violations"]
-            if it["impact"] in ("serious", "critical")
+            f"{violation['id']}: {violation['nodes'][0]['target']} {violation['nodes'][0]['failureSummary']}"
+            for violation in found["violations"]
+            if violation["impact"] in ("serious", "critical")
         ]

@@ -47,8 +47,8 @@ ENGLISH = (
 
 def english(texts: list[str]) -> list[str]:
     """The texts that are not in Japanese; names that people have given are of one or two words."""
-    told = (OF_THE_SYSTEM.sub("", it) for it in dict.fromkeys(texts))
-    return [it for it in told if any(form.search(it) for form in ENGLISH)]
+    told = (OF_THE_SYSTEM.sub("", text) for text in dict.fromkeys(texts))
+    return [text for text in told if any(form.search(text) for form in ENGLISH)]
 
 
 @pytest.fixture(scope="module")

@@ -178,7 +178,7 @@ def test_copying_as_curl_changes_nothing_on_any_page(plant: Plant, open_console:
     console.go("#/axis/line1.3F")
     expect(console.button("Take control")).to_be_visible()
     expect(console.page.get_by_text("not done")).to_have_count(0)
-    assert [it for it in sent if not it.startswith("GET") and not READS.search(it)] == []
+    assert [request for request in sent if not request.startswith("GET") and not READS.search(request)] == []
 
 
 def test_a_robot_jogs_while_the_button_is_held(plant: Plant, open_console: Open) -> None:
@@ -513,7 +513,7 @@ def test_what_is_over_has_both_its_times_and_all_of_it_is_reset_at_once(
     for body in ("00", "01"):
         plant.line.tell("POST", f"/bodies/{body}/brown-outs", for_s=0.05)
     until(
-        lambda: all(plant.gateway.get(f"/bodies/{it}")["power_cycled"] for it in ("00", "01")),
+        lambda: all(plant.gateway.get(f"/bodies/{body}")["power_cycled"] for body in ("00", "01")),
         "both have lost their power",
     )
     lost = console.page.locator(".alarm", has_text="has lost its power")
@@ -609,7 +609,7 @@ def test_a_command_for_a_line_with_a_spare_carries_the_epoch_of_the_owner_that_w
 ) -> None:
     def with_owner(route: Route) -> None:
         lines = route.fetch().json()["lines"]
-        told = [{**it, "owner": {"gateway": "stocker1", "epoch": 3}} for it in lines]
+        told = [{**line, "owner": {"gateway": "stocker1", "epoch": 3}} for line in lines]
         route.fulfill(json={"lines": told})
 
     console = open_console(plant.url, "#/axis/line1.3F")
@@ -617,7 +617,9 @@ def test_a_command_for_a_line_with_a_spare_carries_the_epoch_of_the_owner_that_w
         console.page.route("**/lines", with_owner)
     with console.page.expect_response("**/lines"):
         pass
-    with console.page.expect_request(lambda it: it.method == "POST" and it.url.endswith("/moves")) as asked:
+    with console.page.expect_request(
+        lambda request: request.method == "POST" and request.url.endswith("/moves")
+    ) as asked:
         console.page.get_by_label("Target (pulse)").fill("20")
         console.button("Go").click()
     assert asked.value.headers["owner-epoch"] == "3"
@@ -687,7 +689,9 @@ def test_a_page_shows_what_is_told_twice(plant: Plant, open_console: Open) -> No
 
     def tell_twice(route: Route) -> None:
         told = route.fetch().json()
-        route.fulfill(json={name: it * 2 if isinstance(it, list) else it for name, it in told.items()})
+        route.fulfill(
+            json={name: value * 2 if isinstance(value, list) else value for name, value in told.items()}
+        )
 
     for path in ("posture", "audit*", "macros", "events*", "inputs", "outputs"):
         console.page.route(f"**/{path}", tell_twice)
@@ -787,7 +791,7 @@ def test_positions_come_from_a_file_as_excel_writes_it(plant: Plant, open_consol
     )
     console.shows("Store from CSV: done.")
     stored = plant.gateway.get("/bodies/00/positions?first=5&last=6")["positions"]
-    assert [it["pulses"] for it in stored] == [500, -600]
+    assert [position["pulses"] for position in stored] == [500, -600]
 
 
 def test_a_speed_set_is_changed_and_its_curve_drawn(plant: Plant, open_console: Open) -> None:
@@ -1024,7 +1028,7 @@ def test_what_somebody_needs_who_helps_is_gathered(plant: Plant, open_console: O
     with console.page.expect_download(timeout=SCAN_MS) as download:
         console.button("Gather and download").click()
     told = json.loads(Path(download.value.path()).read_text("utf-8"))
-    assert {it["body_id"] for it in told["bodies"]["bodies"]} == {"line1.00", "line1.01", "line1.3F"}
+    assert {body["body_id"] for body in told["bodies"]["bodies"]} == {"line1.00", "line1.01", "line1.3F"}
     assert told["trace of line1"]["entries"]
 
 
@@ -1051,7 +1055,7 @@ def test_a_pattern_with_changes_of_speed_is_drawn_while_it_is_typed(plant: Plant
     console.button("Save pattern 5").click()
     console.shows("Save pattern 5: done.")
     stored = plant.gateway.get("/bodies/00/patterns/5")["changes"]
-    assert [(it["begin"], it["speed_pps"]) for it in stored] == [(2500, 4000), (5000, 9000)]
+    assert [(capture["begin"], capture["speed_pps"]) for capture in stored] == [(2500, 4000), (5000, 9000)]
 
 
 def change_on_the_way(console: Console, point: int, place: int, speed: int) -> None:

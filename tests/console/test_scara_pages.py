@@ -23,7 +23,7 @@ def newest(demo: str) -> dict[str, Any]:
 def fastest(demo: str) -> int:
     """The highest speed along the way that its moves by hand have now, in micrometres a second."""
     sets = [httpx.get(f"{demo}/bodies/line1.{body}/speed-sets/29").json() for body in (10, 11, 12)]
-    return max(int(it["maximum_speed_pps"]) for it in sets)
+    return max(int(speed_set["maximum_speed_pps"]) for speed_set in sets)
 
 
 def test_a_scara_stands_on_the_plant_with_its_bodies(demo: str, open_console: Open) -> None:

@@ -35,7 +35,7 @@ def swapped(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Plant]:
 
 def standing(plant: Plant) -> bool:
     told = plant.gateway.http.get("/alarms", params={"standing": "true"}).json()["alarms"]
-    return any(it["cause"] == "body.swapped" for it in told)
+    return any(alarm["cause"] == "body.swapped" for alarm in told)
 
 
 def comment(plant: Plant) -> str:

@@ -51,7 +51,9 @@ allowed_origins = ["https://mes.example"]
 def test_every_assumption_has_its_words(language: str) -> None:
     found = ASSUMED.search((CONSOLE / "src" / "words" / f"{language}.ts").read_text("utf-8"))
     assert found
-    assert sorted(re.findall(r'"([a-z-]+)": "(?=[^"])', found[1])) == sorted(it.slug for it in ASSUMPTIONS)
+    assert sorted(re.findall(r'"([a-z-]+)": "(?=[^"])', found[1])) == sorted(
+        assumption.slug for assumption in ASSUMPTIONS
+    )
 
 
 @pytest.mark.parametrize("language", ["en", "ja"])
@@ -64,7 +66,7 @@ def test_every_part_of_an_events_type_has_a_word(language: str) -> None:
 
 def test_a_page_leaves_the_end_of_a_sentence_to_its_language() -> None:
     """After what is put in no full stop follows: Japanese has another."""
-    texts = {it.name: it.read_text("utf-8").rpartition("</script>")[2] for it in PAGES}
+    texts = {page.name: page.read_text("utf-8").rpartition("</script>")[2] for page in PAGES}
     assert {name: found[0] for name, text in texts.items() if (found := FULL_STOP.findall(text))} == {}
 
 
@@ -72,7 +74,7 @@ def test_every_weakened_default_has_a_sentence_in_japanese() -> None:
     found = WEAKENINGS.search((CONSOLE / "src" / "words" / "ja.ts").read_text("utf-8"))
     assert found
     configs = [parse(text + LINE, "test.toml") for text in (WEAK, OPEN, NETWORK)]
-    settings = {it.setting for config in configs for it in weakened(config)}
+    settings = {weak.setting for config in configs for weak in weakened(config)}
     assert {name.rpartition(".")[2] for name in settings} == set(WORD.findall(found[1]))
 
 

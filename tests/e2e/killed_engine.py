@@ -89,7 +89,7 @@ async def live(config: Config, data: Path, life: int, at_work: int) -> None:
     wishes = [of_body(path, life, place) for place, path in enumerate(bodies)]
     answered = os.open(data / "answered", os.O_WRONLY | os.O_APPEND | os.O_CREAT, 0o600)
     await asyncio.gather(
-        *(_want(plant, "line1", it, [answered]) for it in wishes),
+        *(_want(plant, "line1", wish, [answered]) for wish in wishes),
         _want(plant, "cell", of_robot(life), [answered, at_work]),
     )
     await asyncio.Event().wait()

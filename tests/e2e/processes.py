@@ -190,19 +190,19 @@ class SimulatedLine:
         """Facts of the simulator's truth log; a line that is being written is left for the next call."""
         lines = self._truth.read_text("utf-8").split("\n")[self._begin : -1]
         facts = [Fact.of(line) for line in lines]
-        return [it for it in facts if kind in (None, it.kind) and body in (None, it.body)]
+        return [fact for fact in facts if kind in (None, fact.kind) and body in (None, fact.body)]
 
     def executed(self, code: str) -> list[Fact]:
         """The commands of one code that controllers have taken without an error."""
         return [
-            it
-            for it in self.truth("command")
-            if it.facts["text"].startswith(code) and not it.facts["reply"].startswith("@")
+            fact
+            for fact in self.truth("command")
+            if fact.facts["text"].startswith(code) and not fact.facts["reply"].startswith("@")
         ]
 
     def requests(self) -> list[str]:
         """The frames that have arrived, without CR."""
-        return [it.facts["frame"] for it in self.truth("request")]
+        return [fact.facts["frame"] for fact in self.truth("request")]
 
 
 class SimulatedRobot:
@@ -229,11 +229,11 @@ class SimulatedRobot:
         """Facts of the simulator's truth log; a line that is being written is left for the next call."""
         lines = self._truth.read_text("utf-8").split("\n")[self._begin : -1]
         facts = [Fact.of(line) for line in lines]
-        return [it for it in facts if kind in (None, it.kind)]
+        return [fact for fact in facts if kind in (None, fact.kind)]
 
     def heard(self, name: str) -> list[str]:
         """The commands of a name that it has heard."""
-        texts = [str(it.facts["text"]) for it in self.truth("command")]
+        texts = [str(fact.facts["text"]) for fact in self.truth("command")]
         return [text for text in texts if text.startswith(name)]
 
 

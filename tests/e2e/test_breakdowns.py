@@ -72,7 +72,7 @@ def test_a_box_that_is_killed_in_a_move(line: SimulatedLine, gateway: Gateway) -
     # The new box stands at 0 and knows of no move: that it succeeded, or was stopped, would be a lie.
     assert ended["status"] == "lost"
     assert "power" in ended["error"]["detail"]
-    assert [it for it in line.requests() if MOTION in it] == [f"&3F1+M{FAR}"]
+    assert [frame for frame in line.requests() if MOTION in frame] == [f"&3F1+M{FAR}"]
     assert gateway.move("3F", 300, wait=10).json()["status"] == "succeeded"
 
 
@@ -93,7 +93,7 @@ def test_a_gateway_that_is_killed_in_a_move(line: SimulatedLine, gateway: Gatewa
     assert gateway.get(f"/bodies/3F/moves/{move['id']}")["status"] in ("sent", "moving")
     assert gateway.http.post("/bodies/3F/stop").json()["confirmed"]
     assert gateway.ended("3F", move["id"])["status"] == "stopped"
-    assert [it.facts["text"] for it in line.executed(MOTION)] == [f"1+M{FAR}"]
+    assert [fact.facts["text"] for fact in line.executed(MOTION)] == [f"1+M{FAR}"]
     (stop,) = line.truth("pulses_stop")
     assert gateway.get("/bodies/3F/position")["pulses"] == stop.facts["at"]
 
@@ -110,7 +110,7 @@ def test_a_move_outlives_the_gateway_that_began_it(line: SimulatedLine, gateway:
     assert (again.headers["idempotency-replayed"], again.json()["id"]) == ("true", move["id"])
     end = gateway.ended("3F", move["id"])
     assert (end["status"], end["position"]) == ("succeeded", end["target_position"])
-    assert [it.facts["text"] for it in line.executed(MOTION)] == [f"1+M{LONG}"]
+    assert [fact.facts["text"] for fact in line.executed(MOTION)] == [f"1+M{LONG}"]
     told = gateway.get(f"/events?after={cursor}&limit=1000")["events"]
     sequence = [int(event["sequence"]) for event in told]
     assert sequence == list(range(int(cursor[9:]) + 1, int(cursor[9:]) + 1 + len(told)))
@@ -149,7 +149,7 @@ def test_a_second_gateway_at_the_same_port(line: SimulatedLine, gateway: Gateway
         assert "another program is using it" in info["down_reason"]
         assert second.http.get("/readyz").status_code == 503
         assert second.move("3F", 100).status_code == 503
-    assert not [it for it in line.requests()[known:] if it.startswith("!") or MOTION in it]
+    assert not [frame for frame in line.requests()[known:] if frame.startswith("!") or MOTION in frame]
     assert gateway.move("3F", 200, wait=10).json()["status"] == "succeeded"
 
 
@@ -185,7 +185,7 @@ def test_a_link_master_that_loses_its_power_for_a_moment(line: SimulatedLine, ga
     assert stopped["confirmed"]
     assert "&805IS" in line.requests()
     ends = line.truth("pulses_stop")[-2:]
-    assert sorted(it.body for it in ends) == ["00", "3F"]
+    assert sorted(fact.body for fact in ends) == ["00", "3F"]
     assert ends[0].time_s == ends[1].time_s
     assert {gateway.ended(move["body_id"], move["id"])["status"] for move in moves} == {"stopped"}
 

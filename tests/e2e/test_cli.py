@@ -159,7 +159,7 @@ def test_watch_begins_after_a_cursor_and_shows_what_is_asked_for(gateway: Gatewa
     said = run("watch", *words, url=gateway.url)
     assert said.returncode == 0, said.stderr
     happened = [line.split()[1:3] for line in said.stdout.splitlines()]
-    assert happened == [[f"body.move.{it}", "/bodies/line1.01"] for it in ("queued", "sent", "started")]
+    assert happened == [[f"body.move.{news}", "/bodies/line1.01"] for news in ("queued", "sent", "started")]
 
 
 @pytest.mark.long

@@ -17,7 +17,7 @@ from tests.e2e.test_installation import PROJECT, ROOT, Installed, build, install
 pytestmark = pytest.mark.prove
 
 NEEDED = PROJECT["project"]["dependencies"] + [
-    it for extra in PROJECT["project"]["optional-dependencies"].values() for it in extra
+    requirement for extra in PROJECT["project"]["optional-dependencies"].values() for requirement in extra
 ]
 TRIES = 3
 

@@ -75,7 +75,7 @@ def test_no_move_is_done_twice_and_none_is_told_otherwise_than_it_was(
     for move in moves:
         body, command = move["frame"][1:3], move["frame"][3:].removesuffix("\\r")
         # Any body may have taken it: a flipped bit can make another body's number.
-        executed = [it.body for it in faulty_line.executed(command) if it.facts["text"] == command]
+        executed = [fact.body for fact in faulty_line.executed(command) if fact.facts["text"] == command]
         assert len(executed) <= 1, move
         if move["status"] == "succeeded":
             assert executed == [body], move

@@ -66,7 +66,9 @@ def test_no_flood_holds_the_loop_a_stop_or_a_jog(found: Found) -> None:
     assert len(found.floods) >= 25
     assert found.faults == {}
     late_ms = [
-        (ms - p99(found.alone.stops_ms)) / it.stretch for it in found.floods.values() for ms in it.stops_ms
+        (ms - p99(found.alone.stops_ms)) / flood.stretch
+        for flood in found.floods.values()
+        for ms in flood.stops_ms
     ]
     assert p99(late_ms) <= STOP_MS
 

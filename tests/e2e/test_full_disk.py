@@ -15,14 +15,14 @@ LOG_BYTES = 60_000
 @pytest.fixture
 def line(tmp_path: Path) -> Iterator[SimulatedLine]:
     """One of its own: the gateway of the other tests has the shared one."""
-    with simulated_line(tmp_path) as it:
-        yield it
+    with simulated_line(tmp_path) as line:
+        yield line
 
 
 @pytest.fixture
 def gateway(line: SimulatedLine) -> Iterator[Gateway]:
-    with gateway_at(line, "full") as it:
-        yield it.wait_until_ready()
+    with gateway_at(line, "full") as gateway:
+        yield gateway.wait_until_ready()
 
 
 def test_what_has_an_effect_waits_for_room_and_stops_do_not(line: SimulatedLine, gateway: Gateway) -> None:
@@ -37,7 +37,9 @@ def test_what_has_an_effect_waits_for_room_and_stops_do_not(line: SimulatedLine,
         assert gateway.http.get("/bodies/3F/position").status_code == 200
         assert gateway.http.post("/bodies/3F/stop").json()["confirmed"]
         assert line.executed("1+M") == [known]
-        [alarm] = [it for it in gateway.get("/alarms")["alarms"] if it["cause"] == "gateway.journal.trouble"]
+        [alarm] = [
+            alarm for alarm in gateway.get("/alarms")["alarms"] if alarm["cause"] == "gateway.journal.trouble"
+        ]
         assert "No space left on device" in alarm["en"]["happened"]
     until(lambda: gateway.get("/readyz")["journal"] == "ready", "the journal is written again")
     gateway.ended("3F", gateway.moving("3F", 100)["id"])

@@ -405,8 +405,8 @@ def context() -> list[Path]:
     files: list[Path] = []
     for name in kept:
         found = (ROOT / name).rglob("*") if (ROOT / name).is_dir() else [ROOT / name]
-        files += [it.relative_to(ROOT) for it in found if it.is_file()]
-    return [it for it in files if not any(fnmatch(part, rule) for part in it.parts for rule in dropped)]
+        files += [file.relative_to(ROOT) for file in found if file.is_file()]
+    return [file for file in files if not any(fnmatch(part, rule) for part in file.parts for rule in dropped)]
 
 
 def missing_pins(requirements: Path) -> list[str]:
@@ -460,7 +460,7 @@ def test_compose_starts_what_there_is() -> None:
     gateway, demo = compose["services"]["gateway"], compose["services"]["demo"]
     assert (PACKAGING / gateway["build"] / "Dockerfile").resolve() == ROOT / "Dockerfile"
     assert gateway["image"] == f"motion-gateway:{PROJECT['project']['version']}"
-    assert {it.partition(":")[0] for it in gateway["volumes"]} - {"/etc/motion-gateway"} == set(
+    assert {volume.partition(":")[0] for volume in gateway["volumes"]} - {"/etc/motion-gateway"} == set(
         compose["volumes"]
     )
     assert demo["command"] == ["motion-gateway", "serve", "--demo"]

@@ -50,7 +50,7 @@ def _live_and_die(folder: Path, seed: int) -> list[Any]:
         arguments = [str(config), str(data), str(lives), str(seed)]
         program = [sys.executable, "-m", "tests.e2e.killed_engine", *arguments]
         said = subprocess.run(program, check=True, capture_output=True, text=True, timeout=1_500)  # noqa: S603
-        of_bodies = [it.facts["text"] for it in (*line.executed("1+M"), *line.executed("3PS"))]
+        of_bodies = [fact.facts["text"] for fact in (*line.executed("1+M"), *line.executed("3PS"))]
         of_robot = [*robot.heard("LMA"), *(text for text in robot.heard("VAR") if "=" in text)]
     assert said.stdout == f"{lives} killed\n", said.stderr
     assert files.verify(data) == []
@@ -62,7 +62,7 @@ def _live_and_die(folder: Path, seed: int) -> list[Any]:
 def _check_journal(data: Path, executed: set[str]) -> list[Any]:
     with closing(sqlite3.connect(data / "journal.db")) as journal:
         intents = journal.execute("SELECT frame, request_id, outcome FROM intents").fetchall()
-        moves = {it: json.loads(record) for it, record in journal.execute("SELECT id, record FROM moves")}
+        moves = {move: json.loads(record) for move, record in journal.execute("SELECT id, record FROM moves")}
     answered = [words.split(" ") for words in (data / "answered").read_text("utf-8").splitlines()]
     wanted = [
         (frame[3 if frame.startswith("&") else 0 :].rstrip("\r"), outcome)
@@ -75,7 +75,7 @@ def _check_journal(data: Path, executed: set[str]) -> list[Any]:
     assert [unique for unique, *_ in answered if f"k{unique}" not in known] == []
     begun = {move for _, *ids in answered for move in ids if move}
     assert begun - moves.keys() == set()
-    assert [it for it, record in moves.items() if record["ended_at"] is None] == []
+    assert [move for move, record in moves.items() if record["ended_at"] is None] == []
     return list(moves.values())
 
 

@@ -179,10 +179,10 @@ def setters() -> list[Setter]:
 
     def of_body(body: str) -> Setter:
         path = f"/bodies/{body}/commands/set-position-entry"
-        return Setter(path, entry, lambda it: f"&{body}3PSP[{it % ENTRIES}],{it}", count(1))
+        return Setter(path, entry, lambda number: f"&{body}3PSP[{number % ENTRIES}],{number}", count(1))
 
     path = "/robots/r1/commands/set-variable"
-    robot = Setter(path, variable, lambda it: f"VAR V{it % VARIABLES:02}={it}", count(1))
+    robot = Setter(path, variable, lambda number: f"VAR V{number % VARIABLES:02}={number}", count(1))
     return [*map(of_body, BODIES.split(",")), robot]
 
 
@@ -285,7 +285,9 @@ def test_a_server_that_is_killed_60_times_does_nothing_twice_and_forgets_nothing
             everything = Follower(begin)
             everything.page(http)
         done = [
-            f"&{it.body}{it.facts['text']}" for code in ("1+M", "1-M", "3PS") for it in line.executed(code)
+            f"&{fact.body}{fact.facts['text']}"
+            for code in ("1+M", "1-M", "3PS")
+            for fact in line.executed(code)
         ]
         done += robot.heard("LMA") + [text for text in robot.heard("VAR") if "=" in text]
 
@@ -293,7 +295,7 @@ def test_a_server_that_is_killed_60_times_does_nothing_twice_and_forgets_nothing
     assert len(done) > 10 * KILLS
     _check_intents(data, done)
     _check_moves(moves)
-    assert [it for setter in setting for it in setter.written() if it not in set(done)] == []
+    assert [frame for setter in setting for frame in setter.written() if frame not in set(done)] == []
     for follower in followers:
         _check_order(follower.told)
         told = {event["id"] for event in follower.told}
@@ -330,11 +332,11 @@ def _check_moves(moves: list[Any]) -> None:
     for move in moves:
         assert move["ended_at"]
         assert move["status"] == "succeeded" or (move["evidence"] and move["error"]), move
-    adopted = [it for it in moves if any("restarted" in sentence for sentence in it["evidence"])]
-    families = Counter("robot" if it["body_id"].startswith("r1") else "body" for it in adopted)
+    adopted = [move for move in moves if any("restarted" in sentence for sentence in move["evidence"])]
+    families = Counter("robot" if move["body_id"].startswith("r1") else "body" for move in adopted)
     assert families["body"] > KILLS // 2
     assert families["robot"] > KILLS // 6
-    assert sum(it["status"] == "succeeded" for it in adopted) > len(adopted) / 2
+    assert sum(move["status"] == "succeeded" for move in adopted) > len(adopted) / 2
 
 
 def _check_order(told: list[Any]) -> None:
@@ -349,7 +351,7 @@ def _check_order(told: list[Any]) -> None:
 
 def _answers(movers: list[Mover], setters: list[Setter]) -> int:
     """Number of requests that were told to be begun or done."""
-    return sum(len(it.answered) for it in movers) + sum(len(it.answered) for it in setters)
+    return sum(len(mover.answered) for mover in movers) + sum(len(setter.answered) for setter in setters)
 
 
 def _live_and_die(
@@ -366,7 +368,7 @@ def _live_and_die(
         stream, socket = followers[1].stream, followers[0].socket
     with ThreadPoolExecutor(2 + len(movers) + len(setters)) as threads:
         tasks = [threads.submit(_until_killed, read, address) for read in (stream, socket)]
-        works = [it.work for it in movers] + [it.work for it in setters]
+        works = [mover.work for mover in movers] + [setter.work for setter in setters]
         tasks += [threads.submit(_again_and_again, work, address) for work in works]
         until_kill = _answers(movers, setters) + dice.randrange(ANSWERS)
         give_up_at = time.monotonic() + LONGEST_S

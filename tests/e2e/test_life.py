@@ -283,8 +283,8 @@ def test_the_end_has_a_bound_where_nobody_answers(cell: Cell) -> None:
         cell.line.tell("PUT", "/link/power", on=False)
         stop = threads.submit(gateway.http.post, "/stop", json={"mode": "immediate"})
         reads = [
-            threads.submit(httpx.get, f"{gateway.url}/bodies/{it}/position", timeout=END_S)
-            for it in ("00", "01")
+            threads.submit(httpx.get, f"{gateway.url}/bodies/{body}/position", timeout=END_S)
+            for body in ("00", "01")
         ]
         time.sleep(0.1)
         began_at = time.monotonic()
@@ -377,10 +377,10 @@ def test_what_was_asked_for_while_the_process_was_suspended_does_not_begin_late(
             until(lambda: robot_stands(cell.robot), "the axis is stopped whatever heartbeats wait")
 
         assert not cell.line.executed("OLS")
-        assert [it.body for it in cell.line.executed("1+M")] == ["00"]
+        assert [fact.body for fact in cell.line.executed("1+M")] == ["00"]
         assert not cell.robot.heard("ORG")
-        told = [it["data"] for it in gateway.events("gateway.loop.held")]
-        (held,) = [it for it in told if it["cancelled"]]  # a busy machine holds it up for less, too
+        told = [event["data"] for event in gateway.events("gateway.loop.held")]
+        (held,) = [data for data in told if data["cancelled"]]  # a busy machine holds it up for less, too
         assert held["seconds"] > SUSPENDED_S - 0.1
         until(lambda: gateway.events("robot.jog.lost"), "the JOG is told to be lost")
         assert "suspended or held up for" in gateway.program.words()

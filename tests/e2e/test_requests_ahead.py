@@ -39,7 +39,7 @@ def test_a_move_sent_ahead_is_not_begun_when_its_client_has_left(
     gateway.http.post("/bodies/3F/stop").raise_for_status()
     until(lambda: not moves(gateway, "3F"), "the first body stands still")
     gateway.get("/bodies/00/position")
-    assert {it.body for it in line.truth("pulses_start")} == {"3F"}
+    assert {fact.body for fact in line.truth("pulses_start")} == {"3F"}
 
 
 def test_a_move_goes_on_when_the_client_that_waits_for_its_end_has_left(

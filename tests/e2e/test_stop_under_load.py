@@ -78,7 +78,7 @@ def clients_reading_flat_out(gateway: Gateway) -> Iterator[None]:
 def stopped(gateway: Gateway) -> set[str]:
     """The bodies whose stops are confirmed; how soon is the machine's affair."""
     confirmed = gateway.events("body.stop.confirmed")
-    return {it["subject"].removeprefix("/bodies/line1.") for it in confirmed}
+    return {event["subject"].removeprefix("/bodies/line1.") for event in confirmed}
 
 
 def test_a_stop_is_the_next_frame_and_nothing_moves_after_it(gateway: Gateway, line: SimulatedLine) -> None:
@@ -90,11 +90,14 @@ def test_a_stop_is_the_next_frame_and_nothing_moves_after_it(gateway: Gateway, l
 
     until(lambda: stopped(gateway) == set(BODIES), "every stop is confirmed")
     requested = {
-        it["subject"]: datetime.fromisoformat(it["time"]) for it in gateway.events("body.stop.requested")
+        event["subject"]: datetime.fromisoformat(event["time"])
+        for event in gateway.events("body.stop.requested")
     }
     assert len(requested) == len(BODIES)
     trace = gateway.get("/lines/line1/trace?limit=10000")["entries"]
-    sent = [(datetime.fromisoformat(it["at"]), it["data"]) for it in trace if it["kind"] == "tx"]
+    sent = [
+        (datetime.fromisoformat(record["at"]), record["data"]) for record in trace if record["kind"] == "tx"
+    ]
     first_stop = next(place for place, (_, frame) in enumerate(sent) if frame[3:6] == "5IS")
     # A stop for the group and one for each body, and no other frame among them.
     assert [frame for _, frame in sent[first_stop : first_stop + 1 + len(BODIES)]] == [
@@ -103,15 +106,15 @@ def test_a_stop_is_the_next_frame_and_nothing_moves_after_it(gateway: Gateway, l
     # The last frame before them was under way, or had been answered, when the first stop was asked for.
     assert sent[first_stop - 1][0] <= min(requested.values())
 
-    stops = [it.request for it in line.executed("5IS") if it.request is not None]
-    starts = [it.request for it in line.truth("pulses_start") if it.request is not None]
+    stops = [fact.request for fact in line.executed("5IS") if fact.request is not None]
+    starts = [fact.request for fact in line.truth("pulses_start") if fact.request is not None]
     assert len(starts) == len(RUNNERS)
     assert max(starts) < min(stops)
     ends = line.truth("pulses_stop")
-    assert sorted(it.body for it in ends) == list(RUNNERS)
+    assert sorted(end.body for end in ends) == list(RUNNERS)
     # Pulses end in the instant in which the controller takes the first stop it is sent.
-    took = {body: min(it.time_s for it in line.executed("5IS") if it.body == body) for body in RUNNERS}
-    assert {it.body: it.time_s for it in ends} == took
+    took = {body: min(fact.time_s for fact in line.executed("5IS") if fact.body == body) for body in RUNNERS}
+    assert {end.body: end.time_s for end in ends} == took
     for body in RUNNERS:
         move = gateway.get(f"/bodies/{body}/moves")["moves"][0]
         assert gateway.ended(body, move["id"])["status"] == "stopped"
@@ -124,7 +127,9 @@ def test_a_move_that_waits_behind_a_stop_is_never_sent(gateway: Gateway, line: S
         gateway.http.post("/stop")
         answer = asked.result()
     (confirmed,) = (
-        it["time"] for it in gateway.events("body.stop.confirmed") if it["subject"] == "/bodies/line1.01"
+        event["time"]
+        for event in gateway.events("body.stop.confirmed")
+        if event["subject"] == "/bodies/line1.01"
     )
     gateway.http.post("/stop")
 
@@ -135,7 +140,9 @@ def test_a_move_that_waits_behind_a_stop_is_never_sent(gateway: Gateway, line: S
         assert not starts
     else:
         move = gateway.ended("01", answer.json()["id"])
-        first_stop = min(it.time_s for it in line.executed("5IS") + line.executed("5SS") if it.body == "01")
+        first_stop = min(
+            fact.time_s for fact in line.executed("5IS") + line.executed("5SS") if fact.body == "01"
+        )
         assert move["status"] == "stopped"
         assert len(starts) == 1
         assert starts[0].time_s < first_stop or move["sent_at"] > confirmed

@@ -58,10 +58,10 @@ def test_the_readmes_curl_moves_motor_3f_along_its_curve_in_real_time(
     under_way = [position for position in seen if start < position < start + 50_000]
     assert under_way
     assert seen == sorted(seen)
-    assert [it["type"].removeprefix("body.move.") for it in told] == [
+    assert [event["type"].removeprefix("body.move.") for event in told] == [
         *("queued", "sent", "started", "succeeded")
     ]
-    assert {it["correlationid"] for it in told} == {move["id"]}
+    assert {event["correlationid"] for event in told} == {move["id"]}
     assert told[-1]["data"]["position"] == start + 50_000
 
     (begin,), (end,) = line.truth("pulses_start", "3F"), line.truth("pulses_stop", "3F")
@@ -80,13 +80,13 @@ def test_the_cursor_of_the_202_leaves_no_hole(taught: Gateway) -> None:
         told = [json.loads(client.recv(PATIENCE_S))]
         while told[-1]["type"] != "body.move.succeeded":
             told.append(json.loads(client.recv(PATIENCE_S)))
-    numbers = [int(cursor.rpartition("-")[2]), *(int(it["sequence"]) for it in told)]
+    numbers = [int(cursor.rpartition("-")[2]), *(int(event["sequence"]) for event in told)]
 
     assert move["status"] == "succeeded"
     assert told[-1]["correlationid"] == move["id"]
     assert all(second == first + 1 for first, second in pairwise(numbers))
     listed = taught.get(f"/events?after={cursor}&limit={len(told)}")["events"]
-    assert [it["cursor"] for it in listed] == [it["cursor"] for it in told]
+    assert [event["cursor"] for event in listed] == [event["cursor"] for event in told]
 
 
 def test_a_stream_of_server_sent_events_tells_the_same(taught: Gateway) -> None:
@@ -115,10 +115,10 @@ def test_validate_only_says_the_bytes_and_the_time_and_moves_nothing(
 def test_a_group_moves_together_and_every_member_tells_its_end(taught: Gateway, line: SimulatedLine) -> None:
     content = {"kind": "relative", "direction": "ccw", "distance": {"value": 400, "unit": "pulse"}}
     answer = taught.http.post("/groups/80/moves?wait=10", json=content)
-    assert [(it["body_id"], it["status"]) for it in answer.json()["moves"]] == [
+    assert [(move["body_id"], move["status"]) for move in answer.json()["moves"]] == [
         ("line1.00", "succeeded"),
         ("line1.3F", "succeeded"),
     ]
-    starts = [it for it in line.truth("pulses_start") if it.facts["code"] == "1-M"]
-    assert len({it.time_s for it in starts}) == 1
-    assert [it.body for it in starts] == ["00", "3F"]
+    starts = [fact for fact in line.truth("pulses_start") if fact.facts["code"] == "1-M"]
+    assert len({fact.time_s for fact in starts}) == 1
+    assert [fact.body for fact in starts] == ["00", "3F"]

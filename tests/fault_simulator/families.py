@@ -106,8 +106,8 @@ class Rorze(Family):
     def __init__(self, seed: int) -> None:
         self.config = parse(configuration(bodies=self.BODIES, groups=self.GROUPS), "test.toml")
         self.machine = build_rc400(self.BODIES, 0.0, seed=seed)
-        bodies = [f"/bodies/{it:02X}" for it in self.BODIES]
-        self.targets = (*bodies, *(f"/groups/{it}" for it in self.GROUPS))
+        bodies = [f"/bodies/{body:02X}" for body in self.BODIES]
+        self.targets = (*bodies, *(f"/groups/{group}" for group in self.GROUPS))
 
     def wish(self, dice: Random) -> Wish:
         body = f"/bodies/{dice.choice(self.BODIES):02X}"
@@ -137,7 +137,7 @@ class Rorze(Family):
             MoveClockwise(distance=dice.randint(1, 3_000)),
             MoveTo(position=PositionReference(position=dice.randrange(4))) if path == body else None,
         )
-        return Wish(path, dice.choice([it for it in moves if it is not None]))
+        return Wish(path, dice.choice([move for move in moves if move is not None]))
 
     def effect_of(self, frame: str) -> Effect:
         row = RORZE_COMMANDS.get(self._said(frame)[:3])

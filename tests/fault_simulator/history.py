@@ -104,7 +104,9 @@ class History:
         if answered is None:
             self.violate("I4", f"{what} answers nothing, credited to {frame!r}")
             return
-        causes = {self.cable.frame[it].text for it in numbers | {answered} if it in self.cable.frame}
+        causes = {
+            self.cable.frame[number].text for number in numbers | {answered} if number in self.cable.frame
+        }
         if frame not in causes:
             self.violate("I4", f"{what} answers {causes}, credited to {frame!r}")
 
@@ -125,9 +127,9 @@ class History:
         news, move_id = event.type.rpartition(".")[2], str(event.data.get("id"))
         told = self._told_by_move[move_id]
         if news not in ORDER:
-            if any(it not in ORDER for it in told) and not self.crashes:
+            if any(state not in ORDER for state in told) and not self.crashes:
                 self.violate("I9", f"{move_id} ends twice: {[*told, news]}")
-        elif any(it not in ORDER for it in told) and not self.crashes:
+        elif any(state not in ORDER for state in told) and not self.crashes:
             self.violate("I9", f"{move_id} goes on after its end: {[*told, news]}")
         told.append(news)
 
@@ -135,7 +137,7 @@ class History:
 
     def judge(self) -> list[str]:
         """Look at everything once more: I1, I5, I6, I7, I8, I12."""
-        self.violations += [f"I8: {it}" for it in self.cable.overlaps]
+        self.violations += [f"I8: {overlap}" for overlap in self.cable.overlaps]
         self._judge_executed()
         for written in self.cable.history:
             self._by_request[written.request_id].append(written)
@@ -191,7 +193,11 @@ class History:
             self.violate("L", f"{deed} is unknown without a word")
 
     def _written(self, deed: Deed) -> list[Written]:
-        return [it for it in self._by_request[deed.id] if self.family.carries(it.text, deed.command)]
+        return [
+            written
+            for written in self._by_request[deed.id]
+            if self.family.carries(written.text, deed.command)
+        ]
 
 
 def _was_there(move: MoveRecord) -> bool:

@@ -117,7 +117,7 @@ class Seed:
                     await self._live(share, dies=not last)
                 await self._live(0, dies=False)
         faulty = [fact.facts["faults"] for fact in self.cable.machine.truth if "faults" in fact.facts]
-        self.history.faults += sum(len(it) for it in faulty if isinstance(it, dict))
+        self.history.faults += sum(len(faults) for faults in faulty if isinstance(faults, dict))
         told = Counter[str](deed.told for deed in self.history.deeds.values())
         violations, digest = self.history.judge(), sha256()
         for written in self.cable.history:

@@ -45,15 +45,17 @@ def test_every_link_of_the_site_leads_to_a_page_of_it_and_nothing_is_loaded_from
 
 
 def test_it_has_no_pages_of_developers_and_operators_find_theirs_in_both_languages(built: Path) -> None:
-    names = {str(it.relative_to(built)) for it in built.rglob("*.html")}
-    assert not {it for it in names if "decision" in it or it in ("architecture.html", "testing.html")}
-    assert names >= {f"{place}{it}.html" for place in ("", "ja/") for it in ("console", "recovery", "tour")}
+    names = {str(page.relative_to(built)) for page in built.rglob("*.html")}
+    assert not {name for name in names if "decision" in name or name in ("architecture.html", "testing.html")}
+    assert names >= {
+        f"{place}{name}.html" for place in ("", "ja/") for name in ("console", "recovery", "tour")
+    }
     navigation = (built / "index.html").read_text("utf-8")
     assert "decisions" not in navigation
 
 
 def test_it_stays_small(built: Path) -> None:
-    size = sum(it.stat().st_size for it in built.rglob("*") if it.is_file())
+    size = sum(file.stat().st_size for file in built.rglob("*") if file.is_file())
     assert size < MOST_MIB * 1024 * 1024
 
 

@@ -43,13 +43,13 @@ def family_of(seed: int) -> Family:
 @cache
 def _operation(places: tuple[str, ...], request: type[Any]) -> Operation:
     fitting = (f"{place}/commands/{request.name()}" for place in places)
-    by_path = {it.path: it for it in operations() if it.verb == "POST"}
+    by_path = {operation.path: operation for operation in operations() if operation.verb == "POST"}
     return next(by_path[path] for path in fitting if path in by_path)
 
 
 @cache
 def _named(name: str) -> Operation:
-    return next(it for it in operations() if it.name == name)
+    return next(operation for operation in operations() if operation.name == name)
 
 
 def asked(wish: Wish) -> tuple[Operation, dict[str, Any]]:

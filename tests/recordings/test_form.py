@@ -36,7 +36,7 @@ def test_what_was_packed_is_read(tmp_path: Path) -> None:
     assert list(pack(folder(tmp_path), target)) == [None] * 3
     with opened(target) as recording:
         assert recording.manifest.from_ == NOW
-        assert [(number, it.data) for number, it in recording.entries(line_member("arm"))] == [
+        assert [(number, entry.data) for number, entry in recording.entries(line_member("arm"))] == [
             (number, b"&3F6PD\r") for number in (1, 2, 3)
         ]
         assert list(recording.rows(EVENTS)) == [(1, {"id": "1"})]
@@ -49,7 +49,7 @@ def test_a_disk_that_takes_no_more_leaves_nothing(tmp_path: Path) -> None:
     next(packing)
     with pytest.raises(OSError, match="full"):
         packing.throw(OSError("full"))
-    assert [it.name for it in tmp_path.iterdir()] == ["part"]
+    assert [file.name for file in tmp_path.iterdir()] == ["part"]
 
 
 def of_members(**members: str) -> Callable[[Path], None]:

@@ -41,15 +41,17 @@ def test_each_record_event_and_sample_is_there_at_its_time(family: str, tmp_path
     topics = topics_of(recording)
     with opened(recording) as read:
         (line_id,) = read.manifest.lines
-        entries = [it for _, it in read.entries(line_member(line_id))]
+        entries = [entry for _, entry in read.entries(line_member(line_id))]
         trace = topics[f"/lines/{line_id}/trace"]
-        told = [(it["kind"], it["data"], it["request_id"]) for _, it in trace]
-        assert told == [(it.kind, escape(it.data), it.request_id) for it in entries]
-        assert max(abs(at - wall_ns(it.at)) for (at, _), it in zip(trace, entries, strict=True)) < NS_OF_US
-        assert [it for _, it in topics["/events"]] == [it for _, it in read.rows(EVENTS)]
+        told = [(record["kind"], record["data"], record["request_id"]) for _, record in trace]
+        assert told == [(entry.kind, escape(entry.data), entry.request_id) for entry in entries]
+        assert (
+            max(abs(at - wall_ns(entry.at)) for (at, _), entry in zip(trace, entries, strict=True)) < NS_OF_US
+        )
+        assert [event for _, event in topics["/events"]] == [event for _, event in read.rows(EVENTS)]
         samples = read.text(SAMPLES).splitlines()[1:]
-        seen = [it for name, told in topics.items() if name.startswith("/samples/") for _, it in told]
-        assert sum(len(it) - 1 for it in seen) == len(samples) > 0
+        seen = [sample for name, told in topics.items() if name.startswith("/samples/") for _, sample in told]
+        assert sum(len(way) - 1 for way in seen) == len(samples) > 0
 
 
 def test_live_values_are_numbers_of_a_topic_of_each_body(tmp_path: Path) -> None:
@@ -57,20 +59,22 @@ def test_live_values_are_numbers_of_a_topic_of_each_body(tmp_path: Path) -> None
     topics = topics_of(recording)
     with opened(recording) as read:
         told = [row["state"]["bodies"] for _, row in read.rows(STATES) if row["path"] == "/bodies"]
-    values = [it["position"] for _, it in topics["/bodies/line1.3F"]]
-    assert values == [it["position"] for bodies in told for it in bodies if it["body_id"] == "line1.3F"]
+    values = [state["position"] for _, state in topics["/bodies/line1.3F"]]
+    assert values == [body["position"] for bodies in told for body in bodies if body["body_id"] == "line1.3F"]
     assert len(set(values)) > 2
-    assert all(isinstance(it["position"], float) for _, it in topics["/samples/line1.3F"])
+    assert all(isinstance(sample["position"], float) for _, sample in topics["/samples/line1.3F"])
 
 
 def test_live_values_traces_and_events_share_one_time_axis(tmp_path: Path) -> None:
     topics = topics_of(BOTH["rorze"](tmp_path))
-    started = next(at for at, it in topics["/events"] if it["type"] == "body.move.started")
+    started = next(at for at, event in topics["/events"] if event["type"] == "body.move.started")
     before, after = (
-        [it["moving"] for at, it in topics["/bodies/line1.3F"] if (at > started) is late]
+        [state["moving"] for at, state in topics["/bodies/line1.3F"] if (at > started) is late]
         for late in (False, True)
     )
     assert True not in before
     assert True in after
-    ((sent, _),) = [it for it in topics["/lines/line1/trace"] if it[1]["data"].startswith("&3F1+M20000")]
+    ((sent, _),) = [
+        record for record in topics["/lines/line1/trace"] if record[1]["data"].startswith("&3F1+M20000")
+    ]
     assert 0 <= started - sent < 1e9

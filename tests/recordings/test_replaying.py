@@ -40,7 +40,7 @@ def changed(script: Script, number: int, dice: Random) -> bytes:
     """Change one byte of a frame; give what it was before."""
     (line_id,) = script.records
     records: list[Numbered] = list(script.records[line_id])
-    place = next(it for it, (found, _) in enumerate(records) if found == number)
+    place = next(place for place, (found, _) in enumerate(records) if found == number)
     entry = records[place][1]
     data = bytearray(entry.data)
     data[dice.randrange(len(data) - 1)] ^= 1 << dice.randrange(3)
@@ -53,7 +53,9 @@ def sent(script: Script, *, by_clients: bool = False) -> list[int]:
     """The numbers of the records of what was sent."""
     (records,) = script.records.values()
     return [
-        number for number, it in records if it.kind == "tx" and (it.request_id is not None or not by_clients)
+        number
+        for number, entry in records
+        if entry.kind == "tx" and (entry.request_id is not None or not by_clients)
     ]
 
 
@@ -74,9 +76,9 @@ def replay_runs(seeds: Iterable[int], tmp_path: Path) -> None:
     for seed in seeds:
         script = script_of(record_run(seed, tmp_path / str(seed)), exact=True)
         found[seed] = replay(script, speed_of=at((BYTE_TIME_S, False)))
-    differ = {seed: it.differences for seed, it in found.items() if it.differences}
+    differ = {seed: replay.differences for seed, replay in found.items() if replay.differences}
     assert differ == {}
-    assert min(it.frames for it in found.values()) > 100
+    assert min(replay.frames for replay in found.values()) > 100
 
 
 @pytest.mark.parametrize("exact", [True, False], ids=["exact", "matching"])
@@ -107,7 +109,7 @@ def test_one_changed_byte_is_found_at_its_record(family: str, exact: bool, tmp_p
 def test_a_difference_names_frame_request_and_decision(tmp_path: Path) -> None:
     script = script_of(BOTH["rorze"](tmp_path), exact=True)
     (records,) = script.records.values()
-    number = next(number for number, it in records if it.data == b"&00OHS50000\r")
+    number = next(number for number, record in records if record.data == b"&00OHS50000\r")
     other = records[number - 1][1].model_copy(update={"data": b"&00OHS50001\r"})
     script.records = {"line1": [*records[: number - 1], (number, other), *records[number:]]}
     (difference,) = replay(script, speed_of=at(SPEEDS["rorze"])).differences
@@ -126,7 +128,7 @@ def test_a_recording_from_the_middle_of_a_life_is_done_again(family: str, tmp_pa
     script = script_of(path)
     (line_id,) = script.records
     records = list(script.records[line_id])
-    begin = next(place for place, (_, it) in enumerate(records) if it.request_id is not None)
+    begin = next(place for place, (_, record) in enumerate(records) if record.request_id is not None)
     middle = Script(
         script.manifest,
         {line_id: records[begin:]},
@@ -143,7 +145,10 @@ def test_a_mark_that_a_client_had_set_is_no_difference(tmp_path: Path) -> None:
     (records,) = script.records.values()
     client = {"caller": "http 127.0.0.1", "request_id": "step-0"}
     script.records = {
-        "line1": [(n, it.model_copy(update=client) if b"9VS7,GW-" in it.data else it) for n, it in records]
+        "line1": [
+            (n, record.model_copy(update=client) if b"9VS7,GW-" in record.data else record)
+            for n, record in records
+        ]
     }
     assert list(script.records["line1"]) != list(records)
     assert list(map(str, replay(script, speed_of=at(SPEEDS["rorze"])).differences)) == []
@@ -167,7 +172,7 @@ def test_a_recording_becomes_a_dialogue_that_is_said_again_to_the_last_frame(
     assert difference.number == number
 
 
-@pytest.mark.parametrize("path", DIALOGUES, ids=lambda it: it.stem)
+@pytest.mark.parametrize("path", DIALOGUES, ids=lambda path: path.stem)
 def test_the_dialogues_of_faults_are_said_as_then(path: Path) -> None:
     script, speeds = read(path)
     replayed = replay(script, speed_of=lambda line_id, _: speeds[line_id])

@@ -55,7 +55,7 @@ def test_events_come_as_they_came_to_the_last_byte(path: Path) -> None:
         assert came == events_of(path)
         cursor = stream.cursor
         listed = (await client.get("/events?limit=1000")).json()
-        assert [it["id"] for it in listed["events"]] == [it.split('"id":"')[1][:21] for it in came]
+        assert [event["id"] for event in listed["events"]] == [text.split('"id":"')[1][:21] for text in came]
         assert listed["cursor"] == cursor
 
     played(path, story)
@@ -78,7 +78,7 @@ def test_states_and_traces_are_those_of_the_time(path: Path) -> None:
         await client.post("/replay", json={"to": playback.manifest.to.isoformat(), "paused": True})
         await asyncio.sleep(1)
         bodies = (await client.get("/bodies")).json()["bodies"]
-        assert [it["body_id"] for it in bodies] == ["line1.00", "line1.01", "line1.3F"]
+        assert [body["body_id"] for body in bodies] == ["line1.00", "line1.01", "line1.3F"]
         assert (await client.get("/bodies/3F")).json() == bodies[-1]
         assert (await client.get("/bodies/line1.3F")).json() == bodies[-1]
         assert (await client.get("/lines")).json()["lines"][0]["state"] == "ready"
@@ -86,7 +86,7 @@ def test_states_and_traces_are_those_of_the_time(path: Path) -> None:
         trace = (await client.get("/lines/line1/trace?limit=10000")).json()["entries"]
         with opened(path) as recording:
             entries = [entry for _, entry in recording.entries(line_member("line1"))]
-        assert [TraceEntry.model_validate(it) for it in trace] == entries
+        assert [TraceEntry.model_validate(record) for record in trace] == entries
         assert (await client.get("/bodies/3F/position")).status_code == 404
 
     played(path, story)
@@ -97,10 +97,12 @@ def test_the_pages_have_what_they_ask_for(path: Path) -> None:
     file = path.read_bytes()
 
     async def story(playback: Playback, client: AsyncClient) -> None:
-        moves = [it for it in map(json.loads, events_of(path)) if it["type"].startswith("body.move.")]
-        sent = next(it for it in moves if it["type"] == "body.move.sent")
+        moves = [
+            event for event in map(json.loads, events_of(path)) if event["type"].startswith("body.move.")
+        ]
+        sent = next(move for move in moves if move["type"] == "body.move.sent")
         address = f"{sent['subject']}/moves/{sent['data']['id']}"
-        ended = [it for it in moves if it["data"]["id"] == sent["data"]["id"]][-1]
+        ended = [move for move in moves if move["data"]["id"] == sent["data"]["id"]][-1]
         for told, status in ((sent, "sent"), (ended, ended["data"]["status"])):
             await client.post("/replay", json={"to": told["time"], "paused": True})
             await asyncio.sleep(1)
@@ -130,7 +132,7 @@ def test_every_answer_has_the_flag_and_nothing_can_be_sent(path: Path) -> None:
             answer = await client.request(method, at, json={} if method != "GET" else None)
             assert answer.status_code == status, (at, answer.text)
             assert answer.headers[FLAG].startswith(playback.manifest.from_.isoformat())
-        assert all(it.state == "down" for it in playback.plant.ports().values())
+        assert all(port.state == "down" for port in playback.plant.ports().values())
 
     with patch.object(NoPort, "open", side_effect=AssertionError("a port was opened")):
         played(path, story)

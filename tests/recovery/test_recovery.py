@@ -83,7 +83,7 @@ class Player:
             await self.ask("POST", f"{self.moves}?wait=30", {"kind": "home"})
         else:
             assert alarm is not None
-            (call,) = [it for it in alarm["next"] if it["path"].endswith(tap)]
+            (call,) = [call for call in alarm["next"] if call["path"].endswith(tap)]
             assert call["en"].removesuffix(".") == label_of(self.story, tap)
             waits = "?wait=30" if tap == HOME else ""
             await self.ask(call["method"], call["path"] + waits, call.get("body"))

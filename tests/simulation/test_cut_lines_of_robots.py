@@ -182,7 +182,7 @@ class Cell:
     def events(self, prefix: str) -> list[Event]:
         hub = self.plant.events
         found = [hub.event(number) for number in range(hub.first, hub.last + 1)]
-        return [it for it in found if it.type.startswith(prefix)]
+        return [event for event in found if event.type.startswith(prefix)]
 
     async def cut(self, for_s: float, *, power: bool) -> None:
         """Cut the line, and with it the power or not, and mend all."""
@@ -195,16 +195,16 @@ class Cell:
 
 @asynccontextmanager
 async def cell(wiring: Wired, mode: int, folder: Path) -> AsyncIterator[Cell]:
-    it = wiring(build_line(Layout()), folder)
+    wired = wiring(build_line(Layout()), folder)
     config = parse(
-        f'[[lines]]\nid = "cell"\naddress = "{it.address}"\nprotocol = "fics"\nmode = {mode}\n'
+        f'[[lines]]\nid = "cell"\naddress = "{wired.address}"\nprotocol = "fics"\nmode = {mode}\n'
         f'robot = {{id = "r1", units = [{SCARA}]}}\n',
         "test.toml",
     )
-    plant = TestedPlant(config, rng=Random(0), open_transport=it.open_transport)
-    far_end = asyncio.create_task(it.run())
+    plant = TestedPlant(config, rng=Random(0), open_transport=wired.open_transport)
+    far_end = asyncio.create_task(wired.run())
     await plant.start()
-    running = Cell(plant, it)
+    running = Cell(plant, wired)
     try:
         await asyncio.sleep(SET_UP_S)
         yield running
@@ -278,44 +278,44 @@ class Case(NamedTuple):
 
 async def story(case: Case, folder: Path) -> None:
     """Cut a line at a moment, and judge what is told of it."""
-    async with cell(case.wiring, case.mode, folder) as it:
+    async with cell(case.wiring, case.mode, folder) as stand:
         if case.homed:
-            assert (await it.move(HomeRobot())).status is MoveStatus.SUCCEEDED
-            await it.robot.change(SLOW, 1)
-        await MOMENTS[case.moment](it)
-        ended = len(it.machine.truth.of("motion_stop"))
-        runs = it.machine.robot.job is not None
-        await it.cut(case.for_s, power=case.power)
-        for move in it.moves:
-            await it.plant.robot_moves.wait(move.id, LONGEST_S)
+            assert (await stand.move(HomeRobot())).status is MoveStatus.SUCCEEDED
+            await stand.robot.change(SLOW, 1)
+        await MOMENTS[case.moment](stand)
+        ended = len(stand.machine.truth.of("motion_stop"))
+        runs = stand.machine.robot.job is not None
+        await stand.cut(case.for_s, power=case.power)
+        for move in stand.moves:
+            await stand.plant.robot_moves.wait(move.id, LONGEST_S)
         await asyncio.sleep(SEEN_WITHIN_S)
-        ends = [fact.facts["why"] for fact in it.machine.truth.of("motion_stop")[ended:]]
-        if it.moves or case.moment in ENDLESS:
+        ends = [fact.facts["why"] for fact in stand.machine.truth.of("motion_stop")[ended:]]
+        if stand.moves or case.moment in ENDLESS:
             assert runs
-            assert it.machine.robot.job is None, "nothing runs on unseen"
+            assert stand.machine.robot.job is None, "nothing runs on unseen"
             assert (ends == ["power"]) is not case.power
-        (_judge_kept if case.power else _judge_lost)(it)
+        (_judge_kept if case.power else _judge_lost)(stand)
 
 
-def _judge_kept(it: Cell) -> None:
+def _judge_kept(stand: Cell) -> None:
     """No power loss was told, what ran on was followed to its end, and a confirmed setting holds."""
-    assert not it.robot.power_cycled
-    assert it.events("robot.power_cycled") == []
-    assert [move.status for move in it.moves] == [MoveStatus.SUCCEEDED] * len(it.moves)
-    assert it.changes in ([], [it.percents()])
+    assert not stand.robot.power_cycled
+    assert stand.events("robot.power_cycled") == []
+    assert [move.status for move in stand.moves] == [MoveStatus.SUCCEEDED] * len(stand.moves)
+    assert stand.changes in ([], [stand.percents()])
 
 
-def _judge_lost(it: Cell) -> None:
+def _judge_lost(stand: Cell) -> None:
     """The loss was told, no move has ended well, and standstill is told only where it was seen."""
-    assert it.robot.power_cycled
-    assert len(it.events("robot.power_cycled")) == 1
-    for move in it.moves:
+    assert stand.robot.power_cycled
+    assert len(stand.events("robot.power_cycled")) == 1
+    for move in stand.moves:
         assert (move.status, move.end_cause) == (MoveStatus.LOST, "power_cycled")
         assert move.error is not None
         assert "were seen to stand still since" in move.error.detail
-        alarm = next(one for one in it.plant.alarms.standing() if one.cause == "robot.move.lost")
+        alarm = next(one for one in stand.plant.alarms.standing() if one.cause == "robot.move.lost")
         assert "Unless it was seen to stand since" in alarm.en.motor, "one sentence contradicts no other"
-    assert it.changes in ([], [list(FASTER.percents)])
+    assert stand.changes in ([], [list(FASTER.percents)])
 
 
 @pytest.fixture(autouse=True)
@@ -327,7 +327,7 @@ def _polls_take_little_time(monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.mark.parametrize("moment", MOMENTS)
 @pytest.mark.parametrize("mode", [2, 3])
-@pytest.mark.parametrize("wiring", [Tcp, Serial, Dpram], ids=lambda it: it.__name__.lower())
+@pytest.mark.parametrize("wiring", [Tcp, Serial, Dpram], ids=lambda wiring: wiring.__name__.lower())
 def test_a_cut_line_is_no_loss_of_power_and_a_loss_of_power_no_cut_line(
     wiring: Wired, mode: int, moment: str, tmp_path: Path
 ) -> None:
@@ -351,12 +351,12 @@ def test_a_cut_line_locks_no_robot_in_ver_2_that_has_nothing_to_lose(
     """Nothing is homed, and all speeds are those of power-on."""
 
     async def locked(for_s: float) -> tuple[bool, list[MoveStatus]]:
-        async with cell(wiring, 2, tmp_path) as it:
+        async with cell(wiring, 2, tmp_path) as stand:
             await asyncio.sleep(SEEN_WITHIN_S)
-            await MOMENTS[moment](it)
-            await it.cut(for_s, power=True)
+            await MOMENTS[moment](stand)
+            await stand.cut(for_s, power=True)
             await asyncio.sleep(SEEN_WITHIN_S)
-            return it.robot.power_cycled, [move.status for move in it.moves]
+            return stand.robot.power_cycled, [move.status for move in stand.moves]
 
     for for_s in CUTS_S:
         was_locked, ends = run_virtual(locked(for_s))
@@ -371,14 +371,14 @@ def test_in_ver_2_speeds_of_a_robot_that_is_not_homed_tell_of_a_loss_of_power(
     """The gateway has only read them: they were set elsewhere."""
 
     async def locked(for_s: float, *, power: bool) -> bool:
-        async with cell(wiring, 2, tmp_path) as it:
-            it.machine.robot.units[1].users[0].percent = 10.0
+        async with cell(wiring, 2, tmp_path) as stand:
+            stand.machine.robot.units[1].users[0].percent = 10.0
             await asyncio.sleep(SEEN_WITHIN_S)
-            await it.cut(for_s, power=power)
+            await stand.cut(for_s, power=power)
             await asyncio.sleep(SEEN_WITHIN_S)
             with suppress(PowerCycled):
-                await it.move(DOWN)
-            return it.robot.power_cycled
+                await stand.move(DOWN)
+            return stand.robot.power_cycled
 
     for for_s in CUTS_S[1:]:
         assert run_virtual(locked(for_s, power=False))

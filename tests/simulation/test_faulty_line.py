@@ -90,12 +90,12 @@ class InOrder(Faults):
             queue += frame[:4]
         earliest_s, latest_s = self._free_at[queue] - now, LATEST_S
         held = [
-            it
-            if earliest_s <= it.delay_s <= latest_s
-            else replace(it, delay_s=max(min(it.delay_s, latest_s), earliest_s))
-            for it in flights
+            flight
+            if earliest_s <= flight.delay_s <= latest_s
+            else replace(flight, delay_s=max(min(flight.delay_s, latest_s), earliest_s))
+            for flight in flights
         ]
-        self._free_at[queue] = max([self._free_at[queue], *(now + it.delay_s for it in held)])
+        self._free_at[queue] = max([self._free_at[queue], *(now + flight.delay_s for flight in held)])
         if direction is Direction.REQUESTS:
             self._note_parts(held)
         return held, hits

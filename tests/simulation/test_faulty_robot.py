@@ -191,7 +191,7 @@ class Simulation:
             return False
         frames = self._frames()[before - 1 : now]
         reads = ("ACD", "APS", "ASD", "MPS", "VAR V", "VAO", "POR", "MOD", "UNT", "ERR", "ERD", "VER")
-        return frames[0] == frames[-1] and all(it.startswith(("POF 2", *reads)) for it in frames)
+        return frames[0] == frames[-1] and all(frame.startswith(("POF 2", *reads)) for frame in frames)
 
     def _frames(self) -> list[str]:
         return [part for data in self._cable.written for part in data.decode().split("\r")[:-1]]
@@ -222,7 +222,7 @@ class Simulation:
                 errand.move = await moves.wait(started.id, LONGEST_S)
             except GatewayError:
                 errand.move = next(
-                    (it for it in moves.of(self._rig.robot.unit(unit)) if _is(it, errand)), None
+                    (move for move in moves.of(self._rig.robot.unit(unit)) if _is(move, errand)), None
                 )
                 await self._make_fit()
             await asyncio.sleep(self._dice.uniform(0.0, 0.5))
@@ -281,7 +281,7 @@ def _is(move: RobotMove, errand: Errand) -> bool:
 
 def executed(rig: FicsRig) -> dict[str, list[int]]:
     """The units in which each frame has started a motion."""
-    frames = {it.request: str(it.facts["frame"]) for it in rig.machine.truth.of("request")}
+    frames = {fact.request: str(fact.facts["frame"]) for fact in rig.machine.truth.of("request")}
     found: dict[str, list[int]] = {}
     for fact in rig.machine.truth.of("motion_start"):
         found.setdefault(frames.get(fact.request, "nobody's"), []).append(fact.body)

@@ -40,33 +40,33 @@ def confirmed(reports: list[StopReport]) -> bool:
     return all(report.state == "confirmed" for report in reports)
 
 
-async def stop_some(it: Rig, bodies: list[Body], mode: StopMode) -> None:
+async def stop_some(stand: Rig, bodies: list[Body], mode: StopMode) -> None:
     """Stop bodies, and look at the truth when they are said to stand still."""
-    reports = await it.plant.stops.stop(bodies, mode)
+    reports = await stand.plant.stops.stop(bodies, mode)
     await until(partial(confirmed, reports), LONGEST_S)
     for report in reports:
-        body = it.body(report.body_id)
-        assert not it.axis(body.number).motor.moving, report
-    assert it.plant.line("line1").waiting()["stop_repeat"] == 0, "it would stop the next move"
+        body = stand.body(report.body_id)
+        assert not stand.axis(body.number).motor.moving, report
+    assert stand.plant.line("line1").waiting()["stop_repeat"] == 0, "it would stop the next move"
 
 
 async def story(seed: int) -> Rig:
     """Let bodies move, and stop some of them again and again."""
     dice = Random(seed)
-    async with rig(bodies=range(6), groups={"80": ("00", "01", "02")}, baud=115_200, seed=seed) as it:
+    async with rig(bodies=range(6), groups={"80": ("00", "01", "02")}, baud=115_200, seed=seed) as stand:
         for switch in BAD_WIRE:
-            it.machine.faults.set(switch)
+            stand.machine.faults.set(switch)
         for _ in range(STOPS):
-            for body in dice.sample(it.plant.bodies(), 3):
+            for body in dice.sample(stand.plant.bodies(), 3):
                 with suppress(GatewayError):
-                    await it.plant.moves.start(body, MoveClockwiseSlowly(distance=100_000))
+                    await stand.plant.moves.start(body, MoveClockwiseSlowly(distance=100_000))
             await asyncio.sleep(dice.uniform(0.0, 1.0))
-            await stop_some(it, dice.sample(it.plant.bodies(), dice.randint(1, 6)), dice.choice(MODES))
-        return it
+            await stop_some(stand, dice.sample(stand.plant.bodies(), dice.randint(1, 6)), dice.choice(MODES))
+        return stand
 
 
 @pytest.mark.parametrize("seed", drawn(SEEDS, 1, "faulty_stops"))
 def test_what_is_said_to_stand_still_does(seed: int) -> None:
-    it = run_virtual(story(seed))
-    assert len(it.types("body.stop.confirmed")) == len(it.types("body.stop.requested")) >= STOPS
-    assert len(it.truth.of("pulses_start")) > STOPS
+    stand = run_virtual(story(seed))
+    assert len(stand.types("body.stop.confirmed")) == len(stand.types("body.stop.requested")) >= STOPS
+    assert len(stand.truth.of("pulses_start")) > STOPS

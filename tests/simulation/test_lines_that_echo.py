@@ -131,14 +131,14 @@ class Client(ABC):
 
     async def _move(self) -> None:
         command, frame = self.command()
-        known = {it.id for it in self.records()}
+        known = {move.id for move in self.records()}
         echoed = self.plant_echoes()
         stopping = self._stop_soon() if self.dice.random() < 0.3 else None
         try:
             move = await self.start(command)
         except GatewayError as refusal:
             self.seen["refused"] += 1
-            move = next((it for it in self.records() if it.id not in known), None)
+            move = next((move for move in self.records() if move.id not in known), None)
             if move is None or move.status in UNMOVED:
                 self._expect(
                     not self.executed(self._heard(frame)), f"{frame}: {refusal}, and it was executed"
@@ -231,10 +231,10 @@ def had_no_way(move: Any) -> bool:
 
 
 class OfBody(Client):
-    def __init__(self, it: Rig, number: int, dice: Random, *, is_heard: bool) -> None:
-        super().__init__(it.plant, it.wire, dice, is_heard=is_heard)
-        self._rig, self._number = it, number
-        self._body, self._axis = it.body(f"{number:02X}"), it.axis(number)
+    def __init__(self, stand: Rig, number: int, dice: Random, *, is_heard: bool) -> None:
+        super().__init__(stand.plant, stand.wire, dice, is_heard=is_heard)
+        self._rig, self._number = stand, number
+        self._body, self._axis = stand.body(f"{number:02X}"), stand.axis(number)
         self.stop_frames = tuple(f"&{number:02X}{code}\r".encode() for code in ("5IS", "5SS"))
 
     def command(self) -> tuple[RorzeCommand[Ack], str]:
@@ -285,9 +285,9 @@ class OfBody(Client):
 class OfRobot(Client):
     stop_frames = (b"AES\r", b"ASS\r")
 
-    def __init__(self, it: FicsRig, dice: Random, *, is_heard: bool) -> None:
-        super().__init__(it.plant, it.cable, dice, is_heard=is_heard)
-        self._rig = it
+    def __init__(self, stand: FicsRig, dice: Random, *, is_heard: bool) -> None:
+        super().__init__(stand.plant, stand.cable, dice, is_heard=is_heard)
+        self._rig = stand
         self._before = 0
 
     def command(self) -> tuple[FicsCommand[Ack], str]:
@@ -319,9 +319,9 @@ class OfRobot(Client):
         return lambda: jogs.end(jog.id)
 
     def executed(self, frame: str) -> int:
-        frames = {it.request: str(it.facts["frame"]) for it in self._rig.machine.truth.of("request")}
+        frames = {fact.request: str(fact.facts["frame"]) for fact in self._rig.machine.truth.of("request")}
         begun = self._rig.machine.truth.of("motion_start")[self._before :]
-        return sum(frames.get(it.request) == frame for it in begun)
+        return sum(frames.get(fact.request) == frame for fact in begun)
 
     def moving(self) -> bool:
         return self._rig.fics.job is not None
@@ -357,10 +357,10 @@ async def bodies(
     dice: Random, *, is_heard: bool
 ) -> AsyncIterator[tuple[TestedPlant, SimulatedCable, list[Client]]]:
     numbers = (0x00, 0x3F)
-    async with rig(bodies=numbers, groups={}, baud=dice.choice(BAUDS), seed=dice.randrange(1000)) as it:
+    async with rig(bodies=numbers, groups={}, baud=dice.choice(BAUDS), seed=dice.randrange(1000)) as stand:
         await asyncio.sleep(5.0)
-        clients: list[Client] = [OfBody(it, number, dice, is_heard=is_heard) for number in numbers]
-        yield it.plant, it.wire, clients
+        clients: list[Client] = [OfBody(stand, number, dice, is_heard=is_heard) for number in numbers]
+        yield stand.plant, stand.wire, clients
 
 
 def robot(
@@ -370,10 +370,10 @@ def robot(
     async def there(
         dice: Random, *, is_heard: bool
     ) -> AsyncIterator[tuple[TestedPlant, SimulatedCable, list[Client]]]:
-        async with fics_rig(mode=mode, baud=dice.choice(BAUDS), seed=dice.randrange(1000)) as it:
-            assert (await it.move(HomeRobot())).status is MoveStatus.SUCCEEDED
-            it.fics.units[1].positions = {1: (None, None, 10.0), 183: (None, None, 20.0)}
-            yield it.plant, it.cable, [OfRobot(it, dice, is_heard=is_heard)]
+        async with fics_rig(mode=mode, baud=dice.choice(BAUDS), seed=dice.randrange(1000)) as stand:
+            assert (await stand.move(HomeRobot())).status is MoveStatus.SUCCEEDED
+            stand.fics.units[1].positions = {1: (None, None, 10.0), 183: (None, None, 20.0)}
+            yield stand.plant, stand.cable, [OfRobot(stand, dice, is_heard=is_heard)]
 
     return there
 
@@ -389,8 +389,8 @@ KINDS: dict[str, list[Kind]] = {
 async def story(plant: str, kinds: str, seed: int) -> Counter[str]:
     """Let clients work on a line that echoes at times, and give what was seen."""
     dice, seen = Random(seed), Counter[str]()
-    async with PLANTS[plant](dice, is_heard=kinds != "local echo") as (it, cable, clients):
-        known, (line,) = it.events.last, it.ports().values()
+    async with PLANTS[plant](dice, is_heard=kinds != "local echo") as (plant_told, cable, clients):
+        known, (line,) = plant_told.events.last, plant_told.ports().values()
         echoing = asyncio.create_task(echo_at_times(cable, KINDS[kinds], dice, seen))
         await asyncio.gather(*(client.work() for client in clients))
         echoing.cancel()
@@ -400,12 +400,14 @@ async def story(plant: str, kinds: str, seed: int) -> Counter[str]:
         for client in clients:
             await client.make_fit()
             seen += client.seen
-        types = [it.events.event(number).type for number in range(known + 1, it.events.last + 1)]
+        types = [
+            plant_told.events.event(number).type for number in range(known + 1, plant_told.events.last + 1)
+        ]
         wrong = [text for client in clients for text in client.wrong]
         wrong += [text for text in types if "power" in text or "strict" in text]
-        alarms = [alarm for alarm in it.alarms.standing() if alarm.ended_at is None]
+        alarms = [alarm for alarm in plant_told.alarms.standing() if alarm.ended_at is None]
         if kinds == "local echo":
-            alarms += [alarm for alarm in it.alarms.standing() if alarm.cause not in TOLD_OF_ECHOES]
+            alarms += [alarm for alarm in plant_told.alarms.standing() if alarm.cause not in TOLD_OF_ECHOES]
         wrong += [f"{alarm.cause}: {alarm.en}" for alarm in alarms]
         assert not wrong, "\n".join(wrong)
     return seen

@@ -89,7 +89,7 @@ class Simulation:
 
     async def run(self, *mischief: Coroutine[Any, Any, None]) -> Day:
         """Let everybody work while all that goes wrong."""
-        tasks = [asyncio.create_task(it) for it in mischief]
+        tasks = [asyncio.create_task(work) for work in mischief]
         try:
             async with asyncio.timeout(LONGEST_DAY_S):
                 await asyncio.gather(*map(self._work, self._axes))
@@ -225,7 +225,7 @@ def day(seed: int, mischief: Mischief, baud: int = 115_200, body_options: str = 
 
 @pytest.mark.parametrize("seed", drawn(SEEDS, 1, "moves_and_power"))
 def test_a_move_goes_where_it_was_asked_or_nobody_calls_it_a_success(seed: int) -> None:
-    found = day(seed, lambda it: [it.cut_power(), it.cut_power_at_moves(), it.spoil_the_line()])
+    found = day(seed, lambda world: [world.cut_power(), world.cut_power_at_moves(), world.spoil_the_line()])
     assert found.wrong == []
     assert found.cuts > 40
     assert found.refused["power-cycled"] > 5
@@ -234,7 +234,9 @@ def test_a_move_goes_where_it_was_asked_or_nobody_calls_it_a_success(seed: int) 
 
 @pytest.mark.parametrize("seed", drawn(SEEDS, 1, "moves_and_power"))
 def test_a_move_whose_body_has_kept_its_power_is_not_lost_through_cuts_and_crowds(seed: int) -> None:
-    found = day(seed, lambda it: [it.flap(), it.spoil_the_line(), *map(it.crowd, range(20))], baud=9600)
+    found = day(
+        seed, lambda world: [world.flap(), world.spoil_the_line(), *map(world.crowd, range(20))], baud=9600
+    )
     assert found.wrong == []
     assert found.ended[MoveStatus.LOST] == 0
     assert found.ended[MoveStatus.SUCCEEDED] > 40
@@ -242,6 +244,7 @@ def test_a_move_whose_body_has_kept_its_power_is_not_lost_through_cuts_and_crowd
 
 def test_without_a_mark_some_moves_end_elsewhere_and_are_called_a_success() -> None:
     found = [
-        day(seed, lambda it: [it.cut_power_at_moves()], body_options="power_comment = 0") for seed in SEEDS
+        day(seed, lambda world: [world.cut_power_at_moves()], body_options="power_comment = 0")
+        for seed in SEEDS
     ]
-    assert [it for one in found for it in one.wrong]
+    assert [wrong for one in found for wrong in one.wrong]

@@ -14,7 +14,7 @@ from tests.commissioning.benches import Machine, commissioned, unlike
 from tests.commissioning.test_quirks import CASES, Case, quirky
 from tests.plants import in_virtual_time
 
-LIKE = [it for it in CASES if it.prepare is None]
+LIKE = [case for case in CASES if case.prepare is None]
 
 
 def like(report: Path, case: Case) -> Machine:
@@ -25,7 +25,7 @@ def like(report: Path, case: Case) -> Machine:
     return likeness.turn_rc400(build_line(likeness.bodies(), 0.0, TruthLog()))
 
 
-@pytest.mark.parametrize("case", LIKE, ids=lambda it: f"{it.line_id}-{it.slug}")
+@pytest.mark.parametrize("case", LIKE, ids=lambda case: f"{case.line_id}-{case.slug}")
 @in_virtual_time
 async def test_the_simulator_is_as_the_line_was(case: Case, tmp_path: Path) -> None:
     found, _ = await commissioned(quirky(case))

@@ -63,8 +63,8 @@ class Toy(Drive):
         return 0 if isinstance(command, Home) else command.place
 
     async def status(self) -> Status:
-        it = await self.line.reply_to(self.exchange(GetStatus(), Lane.VERIFY))
-        return Status(it.moves, it.place, it.newest, it.life, it.stopped, it.alarm)
+        reply = await self.line.reply_to(self.exchange(GetStatus(), Lane.VERIFY))
+        return Status(reply.moves, reply.place, reply.newest, reply.life, reply.stopped, reply.alarm)
 
     async def speed(self) -> ToySpeed:
         """Ask for the speed."""

@@ -163,4 +163,4 @@ def _whole(data: bytes) -> tuple[list[bytes], bytes]:
 
 
 def _is_frame(data: bytes) -> bool:
-    return any(isinstance(it, Frame) for it in Frames().feed(data))
+    return any(isinstance(found, Frame) for found in Frames().feed(data))

@@ -38,10 +38,10 @@ class Frames:
         found: list[Frame | Garbage] = []
         self._begun += data
         while len(self._begun) >= SIZE:
-            it = self._begun[:SIZE]
-            good = it[0] == START and not crc_hqx(it, 0)
-            found.append(Frame(*FRAME.unpack_from(it)[1:]) if good else Garbage(it[:1], "no frame"))
-            self._begun = self._begun[len(it) if good else 1 :]
+            frame = self._begun[:SIZE]
+            good = frame[0] == START and not crc_hqx(frame, 0)
+            found.append(Frame(*FRAME.unpack_from(frame)[1:]) if good else Garbage(frame[:1], "no frame"))
+            self._begun = self._begun[len(frame) if good else 1 :]
         return found
 
     def pending(self) -> int:

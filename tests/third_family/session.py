@@ -53,9 +53,11 @@ class ToySession(Session[ToyExchange, Frame]):
     def exchange(self, command: ToyCommand[Any], lane: Lane, target: int = AXIS) -> ToyExchange:
         self.last = number = (self.last + 1) % 0x10000
         repeats, timeout_s = READ_REPEATS if command.may_repeat() else 0, self.reply_timeout_s
-        it = ToyExchange(command, command.frame(number), lane, target, self.epoch(target), serial=number)
-        it.timeout_s, it.repeats = timeout_s, repeats
-        return it
+        exchange = ToyExchange(
+            command, command.frame(number), lane, target, self.epoch(target), serial=number
+        )
+        exchange.timeout_s, exchange.repeats = timeout_s, repeats
+        return exchange
 
     def fence_query(self) -> ToyExchange:
         fence = self.exchange(GetStatus(), Lane.VERIFY)
@@ -88,7 +90,7 @@ class ToyLine(LineDriver[ToyExchange, Frame, Frame]):
                 self._came_up({})
                 break
             self._is_silent("the axis does not answer")
-            self.cancel(lambda it: it.lane not in STOPS, self._down())
+            self.cancel(lambda exchange: exchange.lane not in STOPS, self._down())
             await asyncio.sleep(self.reply_timeout_s)
         self._pump()
 

@@ -36,7 +36,7 @@ DRAWN = 1
 
 def _bytes_of(text: str) -> bytes:
     """The frame that stands as text in the journal and in the history."""
-    return re.sub(r"\\x([89a-f][0-9a-f])", lambda it: chr(int(it[1], 16)), text).encode("latin-1")
+    return re.sub(r"\\x([89a-f][0-9a-f])", lambda match: chr(int(match[1], 16)), text).encode("latin-1")
 
 
 class ToyFamily(Family):

@@ -15,17 +15,19 @@ MOST_LINES = 350
 
 
 def test_the_family_is_small() -> None:
-    counted = [it for it in HERE.glob("*.py") if it.name != "machine.py" and not it.name.startswith("test_")]
-    assert sum(len(it.read_text("utf-8").splitlines()) for it in counted) <= MOST_LINES
+    counted = [
+        file for file in HERE.glob("*.py") if file.name != "machine.py" and not file.name.startswith("test_")
+    ]
+    assert sum(len(file.read_text("utf-8").splitlines()) for file in counted) <= MOST_LINES
 
 
 def test_only_the_registry_names_it() -> None:
     packages = (HERE.parents[1] / name for name in ("gateway", "api", "app", "protocols", "transports"))
     files = [file for package in packages for file in package.rglob("*.py")]
-    assert [it for it in files if "third_family" in it.read_text("utf-8")] == []
+    assert [file for file in files if "third_family" in file.read_text("utf-8")] == []
 
 
-@pytest.mark.parametrize("row", ROWS, ids=lambda it: it.name())
+@pytest.mark.parametrize("row", ROWS, ids=lambda news: news.name())
 def test_a_row_has_a_witness_in_bytes(row: type[GetStatus]) -> None:
     [frame] = row.example
     assert row.of_example().frame(7) == frame
@@ -36,7 +38,7 @@ def test_a_frame_is_found_behind_noise_and_none_is_made_of_a_damaged_one() -> No
     frame, damaged = Go(place=100).frame(9), bytearray(Go(place=-5).frame(8))
     damaged[7] ^= 1
     found = Frames().feed(b"\xa5\x00noise" + bytes(damaged) + frame)
-    assert [it for it in found if isinstance(it, Frame)] == [
+    assert [frame for frame in found if isinstance(frame, Frame)] == [
         Frame(9, 0x11, Go(place=100).packed() + bytes(12))
     ]
 
@@ -102,8 +104,8 @@ async def test_a_jog_lasts_as_long_as_its_heartbeats(bench: Bench) -> None:
     assert not bench.machine.moves(now())
     over = await bench.post(f"{TOY}/jogs/{jog['id']}/heartbeat")
     assert (over.status_code, over.json()["type"].rpartition(":")[2]) == (409, "jog-over")
-    assert [it for it in bench.types() if ".jog." in it] == [
-        f"toy.jog.{it}" for it in ("started", "stopping", "lost")
+    assert [news for news in bench.types() if ".jog." in news] == [
+        f"toy.jog.{news}" for news in ("started", "stopping", "lost")
     ]
 
 
@@ -152,7 +154,7 @@ async def test_an_alarm_of_the_axis_is_raised_and_its_move_fails(bench: Bench) -
     bench.machine.trip(7, now())
     assert (await moving)["status"] == "failed"
     alarms = (await bench.client.get("/alarms")).json()["alarms"]
-    (raised,) = (it for it in alarms if it["cause"] == "toy.alarm")
+    (raised,) = (alarm for alarm in alarms if alarm["cause"] == "toy.alarm")
     assert raised["en"]["happened"] == "An axis tells the alarm 7."
     assert (await bench.post(f"/alarms/{raised['id']}/reset")).status_code == 409
     bench.machine.alarm = 0

@@ -107,7 +107,7 @@ async def test_a_command_that_moves_makes_a_move_with_its_events(bench: Bench) -
     assert (move.status_code, move.json()["status"]) == (200, "succeeded")
     assert (await bench.client.get(move.headers["location"])).json() == move.json()
     assert (await bench.client.get(f"{TOY}/moves")).json() == {"moves": [move.json()]}
-    assert [it for it in bench.types() if it.startswith("toy.move")] == [
+    assert [news for news in bench.types() if news.startswith("toy.move")] == [
         "toy.move.queued",
         "toy.move.sent",
         "toy.move.started",
@@ -136,9 +136,9 @@ async def test_after_an_answer_that_stayed_away_a_fence_goes_before_all_else(ben
     asked = await bench.post(f"{TOY}/commands/get-status")
     assert (asked.status_code, asked.json()["type"].rpartition(":")[2]) == (409, "no-reply")
     bench.machine.mute = False
-    fences = sum(it == "get-status" for it in bench.machine.heard)
+    fences = sum(command == "get-status" for command in bench.machine.heard)
     assert (await bench.post(f"{TOY}/commands/get-status")).status_code == 200
-    assert sum(it == "get-status" for it in bench.machine.heard) > fences
+    assert sum(command == "get-status" for command in bench.machine.heard) > fences
 
 
 @on_bench
@@ -159,13 +159,13 @@ async def test_a_snapshot_tells_of_its_axes_and_figures_count_them(bench: Bench)
     await bench.post(f"{TOY}/commands/go?wait=30", {"place": 100})
     move = (await bench.post(f"{TOY}/commands/go", {"place": 9000})).json()
     missed = (await bench.client.get("/events?after=00000000-000000000001&limit=2")).json()["events"]
-    assert [it["type"] for it in missed] == ["stream.gap", "stream.snapshot"]
+    assert [event["type"] for event in missed] == ["stream.gap", "stream.snapshot"]
     now = missed[1]["data"]
     assert (now["toys"], now["bodies"]) == (
         [{"drive_id": "t1", "online": True, "moving": True, "alarm": 0}],
         [],
     )
-    assert [it["id"] for it in now["moves"]] == [move["id"]]
+    assert [move["id"] for move in now["moves"]] == [move["id"]]
     figures = (await bench.client.get("/metrics")).text
     assert 'motion_gateway_toys{kind="moving",line="bench"} 1.0' in figures
     assert 'motion_gateway_moves_total{line="bench",outcome="succeeded"} 1.0' in figures
@@ -176,7 +176,7 @@ async def test_its_events_pass_a_filter_by_its_address(bench: Bench) -> None:
     await bench.post(f"{TOY}/commands/go?wait=30", {"place": 100})
     answer = await bench.client.get("/events?bodies=t1")
     found = answer.json()["events"]
-    news = [it["type"].removeprefix("toy.move.") for it in found]
+    news = [event["type"].removeprefix("toy.move.") for event in found]
     assert news == ["queued", "sent", "started", "succeeded"]
 
 
@@ -196,7 +196,7 @@ def test_a_scope_covers_it_by_its_address_and_by_its_line(
 ) -> None:
     monkeypatch.setitem(FAMILIES, "toy", Toys)
     store = KeyStore(tmp_path)
-    keys = {it: store.create(f"of-{it}", Role.OPERATOR, [it]) for it in ("t1", "bench", "t2")}
+    keys = {scope: store.create(f"of-{scope}", Role.OPERATOR, [scope]) for scope in ("t1", "bench", "t2")}
 
     async def story() -> None:
         async with bench_of(LINE, Credentials(store)) as bench:

@@ -64,4 +64,4 @@ def test_how_the_line_was_set_up_is_kept_until_it_is_opened_again() -> None:
     recorder.record("opened")
     for _ in range(2 * OPENING):
         recorder.record("tx", b"&3F6PD\r")
-    assert [it[2] for it in recorder.opening] == ["opened", *["tx"] * (OPENING - 1)]
+    assert [record[2] for record in recorder.opening] == ["opened", *["tx"] * (OPENING - 1)]

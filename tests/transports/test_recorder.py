@@ -153,9 +153,9 @@ def test_records_are_followed_by_their_number() -> None:
     for data in (b"1", b"2"):
         recorder.record("rx", data)
     first, records = recorder.after(1)
-    assert (first, [it[3] for it in records]) == (2, [b"2"])
+    assert (first, [record[3] for record in records]) == (2, [b"2"])
     for data in (b"3", b"4", b"5"):
         recorder.record("rx", data)
     first, records = recorder.after(1)
-    assert (recorder.recorded, first, [it[3] for it in records]) == (5, 3, [b"3", b"4", b"5"])
+    assert (recorder.recorded, first, [record[3] for record in records]) == (5, 3, [b"3", b"4", b"5"])
     assert recorder.after(5) == (6, [])

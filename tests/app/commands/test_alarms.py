@@ -31,7 +31,7 @@ def test_alarms_say_what_happened_and_what_to_do(monkeypatch: pytest.MonkeyPatch
         "    Look.",
         "    POST /bodies/a.3F/stop (stop): Stop it.",
     ]
-    states = [it.splitlines()[0].split()[-3:-1] for it in (second, third)]
+    states = [text.splitlines()[0].split()[-3:-1] for text in (second, third)]
     assert states == [["over", "2026-01-01T00:00:01Z"], ["reset", "2026-01-01T00:00:02Z"]]
 
 
@@ -69,7 +69,10 @@ def test_all_that_are_over_are_reset_oldest_first_and_nothing_else(monkeypatch: 
     }
     gateway = FakeGateway(answers)
     assert gateway.run(monkeypatch, "alarms", "reset", "--over").exit_code == 0
-    assert [it.path for it in gateway.asked][1:] == [f"/alarms/{OVER['id']}/reset", "/alarms/al9/reset"]
+    assert [request.path for request in gateway.asked][1:] == [
+        f"/alarms/{OVER['id']}/reset",
+        "/alarms/al9/reset",
+    ]
 
 
 @pytest.mark.parametrize("words", [(), ("al1", "--over")])
@@ -82,6 +85,6 @@ def test_either_ids_or_all_that_are_over(monkeypatch: pytest.MonkeyPatch, words:
 def test_what_tells_the_same_event_stands_behind_it(monkeypatch: pytest.MonkeyPatch) -> None:
     move = {**ALARM, "id": "al7", "cause": "body.move.failed", "part_of": ALARM["id"]}
     said = always({"alarms": [move, OVER, ALARM]}).run(monkeypatch, "alarms").stdout
-    ids = [it.splitlines()[0].split()[-1] for it in said.split("\n\n")]
+    ids = [block.splitlines()[0].split()[-1] for block in said.split("\n\n")]
     assert ids == ["(al2)", "(al1)", "(al7)"]
     assert f"(part of {ALARM['id']})" in said

@@ -63,12 +63,14 @@ def test_a_line_that_is_as_assumed_agrees(file: Path, tmp_path: Path) -> None:
     assert said.exit_code == 0, said.output
     told = json.loads(report.read_text("utf-8"))
     assert told["line"] == "robot"
-    assert {it["result"] for it in told["results"]} == {"agrees", "cannot_tell"}
-    assert all(it["needed"] for it in told["results"] if it["result"] == "cannot_tell")
+    assert {result["result"] for result in told["results"]} == {"agrees", "cannot_tell"}
+    assert all(result["needed"] for result in told["results"] if result["result"] == "cannot_tell")
     assert {"at", "dir", "data"} == set(told["frames"][0])
-    sent = b"".join(unescape(it["data"]) for it in told["frames"] if it["dir"] == "tx")
+    sent = b"".join(unescape(frame["data"]) for frame in told["frames"] if frame["dir"] == "tx")
     to_master = [
-        it.text for it in RequestReader().feed(sent) if isinstance(it, Request) and it.body == LINK_MASTER
+        request.text
+        for request in RequestReader().feed(sent)
+        if isinstance(request, Request) and request.body == LINK_MASTER
     ]
     assert to_master == ["XID"]
     assert "silent-xid" in report.with_suffix(".md").read_text("utf-8")
@@ -128,12 +130,12 @@ def test_at_a_terminal_people_are_asked(file: Path, monkeypatch: pytest.MonkeyPa
     monkeypatch.setattr(commission, "_confirm", confirm)
     with serving(file):
         assert run("commission", "robot", "--config", file, "--allow", "settings").exit_code == 0
-    assert [it for it in asked if it.startswith("Body 00:") and "9VS" in it]
+    assert [question for question in asked if question.startswith("Body 00:") and "9VS" in question]
     asked.clear()
     with serving(file):
         agreed = run("commission", "robot", "--config", file, "--allow", "settings", "--yes", "00")
     assert agreed.exit_code == 0
-    assert [it for it in asked if it.startswith("Body 00:")] == []
+    assert [question for question in asked if question.startswith("Body 00:")] == []
 
 
 RECORD = {"id": "c", "line_id": "robot", "status": "running", "done": 3, "of": 16, "doing": "echo"}
@@ -196,7 +198,7 @@ def test_an_interruption_cancels_it(monkeypatch: pytest.MonkeyPatch) -> None:
     said = gateway.run(monkeypatch, "commission", "robot")
     assert said.exit_code == 1
     assert "It was cancelled." in said.stderr
-    assert [it.method for it in gateway.asked] == ["POST", "GET", "DELETE"]
+    assert [request.method for request in gateway.asked] == ["POST", "GET", "DELETE"]
 
 
 @pytest.mark.parametrize("words", [["--allow", "settings"], ["--allow", "motion"]])

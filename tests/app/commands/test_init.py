@@ -182,7 +182,7 @@ def test_check_says_what_is_served_and_warns_of_what_is_weak(tmp_path: Path) -> 
         said.stdout
     )
     warnings = said.stderr.splitlines()
-    assert all(it.startswith("warning: ") for it in warnings)
+    assert all(line.startswith("warning: ") for line in warnings)
     for word in (
         "raw_commands",
         "endless",
@@ -192,7 +192,7 @@ def test_check_says_what_is_served_and_warns_of_what_is_weak(tmp_path: Path) -> 
         "cert.pem",
         "key.pem",
     ):
-        assert sum(word in it for it in warnings) == 1, word
+        assert sum(word in warning for warning in warnings) == 1, word
 
 
 def test_check_warns_of_lines_that_lead_to_no_port_of_controllers(tmp_path: Path) -> None:
@@ -212,8 +212,8 @@ def test_check_warns_of_lines_that_lead_to_no_port_of_controllers(tmp_path: Path
     for address, why in places.items():
         file.write_text(f'[[lines]]\nid = "a"\naddress = "{address}"\nbodies = [{{ id = "3F" }}]\n', "utf-8")
         said = run("check", file).stderr
-        told = [it.partition("line a: ")[2] for it in said.splitlines() if "line a: " in it]
-        assert [it.partition(",")[0] for it in told] == ([why] if why else []), address
+        told = [line.partition("line a: ")[2] for line in said.splitlines() if "line a: " in line]
+        assert [line.partition(",")[0] for line in told] == ([why] if why else []), address
     os.close(leader)
     os.close(pseudo_terminal)
 

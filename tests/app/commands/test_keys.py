@@ -86,8 +86,10 @@ def test_a_key_is_rotated_and_the_list_warns_of_its_end(tmp_path: Path) -> None:
     assert "warning: mes ends at" in run("keys", "list", "--data", tmp_path).stderr
     said = run("keys", "rotate", "mes", "--overlap", "12h", "--data", tmp_path)
     assert re.fullmatch(r"mg_[0-9a-f]{12}_[\w-]{43}\n", said.stdout), said.stderr
-    ends = {it.prefix: it.expires for it in KeyStore(tmp_path).all()}
-    assert (ends[old[3:15]] or 0) < min(it or 0 for prefix, it in ends.items() if prefix != old[3:15])
+    ends = {key.prefix: key.expires for key in KeyStore(tmp_path).all()}
+    assert (ends[old[3:15]] or 0) < min(
+        expires or 0 for prefix, expires in ends.items() if prefix != old[3:15]
+    )
     assert KeyStore(tmp_path).verify(old) is not None
     assert run("keys", "rotate", "mes", "--overlap", "0s", "--data", tmp_path).exit_code == 0
     assert KeyStore(tmp_path).verify(old) is None

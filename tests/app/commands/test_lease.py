@@ -33,7 +33,9 @@ def test_a_lease_is_held_until_ctrl_c_and_given_back(monkeypatch: pytest.MonkeyP
     said = plant.run(monkeypatch, "lease", "take", "3F", "--hold")
     assert said.exit_code == 0, said.output
     assert slept == [10.0, 10.0, 10.0]
-    asked = [(it.method, it.path, it.headers.get("Lease-Token")) for it in plant.asked[-3:]]
+    asked = [
+        (request.method, request.path, request.headers.get("Lease-Token")) for request in plant.asked[-3:]
+    ]
     assert asked == [
         ("POST", "/leases/lease-7/renew", "12"),
         ("POST", "/leases/lease-7/renew", "12"),

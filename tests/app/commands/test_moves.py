@@ -48,7 +48,7 @@ def test_a_long_wait_is_made_of_short_ones_until_the_move_is_over(monkeypatch: p
     said = gateway.run(monkeypatch, "move", "3F", "home", "--wait", "100")
     assert said.exit_code == 0
     assert gateway.paths == ["/bodies/3F/moves", "/bodies/a.3F/moves/m1", "/bodies/a.3F/moves/m1"]
-    assert [it.headers["Prefer"] for it in gateway.asked] == ["wait=2"] * 3
+    assert [request.headers["Prefer"] for request in gateway.asked] == ["wait=2"] * 3
 
 
 def test_a_gateway_that_goes_during_the_wait_leaves_the_move_unknown(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -93,7 +93,7 @@ def test_the_moves_of_a_group_are_waited_for_together(monkeypatch: pytest.Monkey
     )
     said = gateway.run(monkeypatch, "move", "80", "home", "--wait", "5")
     assert said.exit_code == 0, said.output
-    waits = [(it.path[-2:], it.headers.get("Prefer")) for it in gateway.asked]
+    waits = [(request.path[-2:], request.headers.get("Prefer")) for request in gateway.asked]
     assert waits == [("es", "wait=2"), ("m2", "wait=2"), ("m3", None), ("m2", "wait=1")]
 
 

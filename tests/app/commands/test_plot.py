@@ -16,9 +16,12 @@ def points(scale: float | None) -> list[dict[str, Any]]:
     rows = [(0.0, 0.0, 100.0, 50.0), (1.0, 125.0, 150.0, 50.0), (2.0, 300.0, 200.0, 0.0)]
     names = ("position", "speed", "acceleration")
     return [
-        {"time_s": time, **dict(zip(names, it, strict=True))}
-        | {f"{name}_in_unit": value * scale if scale else None for name, value in zip(names, it, strict=True)}
-        for time, *it in rows
+        {"time_s": time, **dict(zip(names, values, strict=True))}
+        | {
+            f"{name}_in_unit": value * scale if scale else None
+            for name, value in zip(names, values, strict=True)
+        }
+        for time, *values in rows
     ]
 
 
@@ -38,7 +41,7 @@ def test_a_curve_is_drawn_with_speed_position_and_acceleration(
         )
         assert (said.exit_code, said.stdout.strip()) == (0, str(file)), said.stderr
         picture = read_svg(file.read_text())
-        texts = [it.text for it in picture.iter(f"{SVG}text")]
+        texts = [text.text for text in picture.iter(f"{SVG}text")]
         assert "arm.3F, pattern 12: 300 pulses in 2.000 s" in texts
         assert {f"Speed [{unit}/s]", f"Position [{unit}]", f"Acceleration [{unit}/s²]"} <= set(texts)
 

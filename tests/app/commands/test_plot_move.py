@@ -30,7 +30,7 @@ def of_unit() -> dict[str, Any]:
 
 
 def texts_of(file: Path) -> set[str | None]:
-    return {it.text for it in read_svg(file.read_text()).iter(f"{SVG}text")}
+    return {text.text for text in read_svg(file.read_text()).iter(f"{SVG}text")}
 
 
 def test_measured_and_planned_speed_are_drawn_over_each_other(

@@ -77,7 +77,11 @@ def test_faults_are_told_as_compilers_tell_them(source: Path, monkeypatch: pytes
 def test_what_cannot_be_read_is_no_program(tmp_path: Path) -> None:
     garbled = tmp_path / "garbled"
     garbled.write_bytes(b"\xff")
-    assert [invoke("check", str(it)).exit_code for it in (tmp_path / "no", tmp_path, garbled)] == [2, 2, 2]
+    assert [invoke("check", str(file)).exit_code for file in (tmp_path / "no", tmp_path, garbled)] == [
+        2,
+        2,
+        2,
+    ]
 
 
 def test_an_upload_is_followed_to_its_end(source: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -104,7 +108,7 @@ def test_who_breaks_the_wait_off_is_told_that_it_goes_on(
         raise KeyboardInterrupt
 
     monkeypatch.setattr(http, "request", request)
-    said = invoke(*(it.format(source) for it in words))
+    said = invoke(*(word.format(source) for word in words))
     assert (said.exit_code, "goes on if it was begun" in said.stderr) == (4, True)
 
 

@@ -39,7 +39,7 @@ def with_byte(recording: Path, target: Path, old: bytes, new: bytes) -> int:
     with zipfile.ZipFile(recording) as archive:
         members = {name: archive.read(name) for name in archive.namelist()}
     lines = members["lines/line1.jsonl"].splitlines(keepends=True)
-    place = next(it for it, line in enumerate(lines) if old in line)
+    place = next(number for number, line in enumerate(lines) if old in line)
     lines[place] = lines[place].replace(old, new)
     members["lines/line1.jsonl"] = b"".join(lines)
     with zipfile.ZipFile(target, "w") as archive:

@@ -86,4 +86,4 @@ def test_an_interruption_breaks_the_scan_of_a_port_off(monkeypatch: pytest.Monke
     said = gateway.run(monkeypatch, "scan", "tcp://cell:1", "--add")
     assert said.exit_code == 1
     assert said.stdout == "a Fics.\n"
-    assert [it.method for it in gateway.asked] == ["POST", "GET", "DELETE"], "nothing was added"
+    assert [request.method for request in gateway.asked] == ["POST", "GET", "DELETE"], "nothing was added"

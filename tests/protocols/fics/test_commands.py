@@ -210,7 +210,7 @@ def values(annotation: object, metadata: list[Any]) -> st.SearchStrategy[Any]:
     if get_origin(annotation) is Annotated:
         inner, *extras = get_args(annotation)
         flat = [
-            it for extra in extras for it in (extra.metadata if isinstance(extra, FieldInfo) else [extra])
+            item for extra in extras for item in (extra.metadata if isinstance(extra, FieldInfo) else [extra])
         ]
         return values(inner, [*flat, *metadata])
     if get_origin(annotation) in (Union, UnionType):
@@ -218,7 +218,7 @@ def values(annotation: object, metadata: list[Any]) -> st.SearchStrategy[Any]:
     if get_origin(annotation) is Literal:
         return st.sampled_from(get_args(annotation))
     if get_origin(annotation) is list:
-        longest = min(it.max_length for it in metadata if hasattr(it, "max_length"))
+        longest = min(item.max_length for item in metadata if hasattr(item, "max_length"))
         return st.lists(values(get_args(annotation)[0], []), min_size=1, max_size=longest)
     if annotation is float:
         lowest, highest = limits(metadata)
@@ -227,7 +227,9 @@ def values(annotation: object, metadata: list[Any]) -> st.SearchStrategy[Any]:
         return st.integers(*limits(metadata)) | st.sampled_from(limits(metadata))
     if annotation is str:
         pattern = next(
-            it.pattern for it in metadata if getattr(it, "pattern", None) and not hasattr(it, "encode")
+            item.pattern
+            for item in metadata
+            if getattr(item, "pattern", None) and not hasattr(item, "encode")
         )
         return st.from_regex(pattern, fullmatch=True, alphabet=st.characters(codec="ascii"))
     if isinstance(annotation, type) and issubclass(annotation, BaseModel):
@@ -236,8 +238,8 @@ def values(annotation: object, metadata: list[Any]) -> st.SearchStrategy[Any]:
 
 
 def limits(metadata: list[Any]) -> tuple[int, int]:
-    lowest = max((getattr(it, "ge", getattr(it, "gt", -(10**9))) for it in metadata), default=-(10**9))
-    return int(lowest), int(min((getattr(it, "le", 10**9) for it in metadata), default=10**9))
+    lowest = max((getattr(item, "ge", getattr(item, "gt", -(10**9))) for item in metadata), default=-(10**9))
+    return int(lowest), int(min((getattr(item, "le", 10**9) for item in metadata), default=10**9))
 
 
 @st.composite

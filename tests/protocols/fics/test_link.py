@@ -107,7 +107,7 @@ def test_lines_may_end_with_cr_or_crlf() -> None:
 
 def test_a_line_without_end_is_told_once_and_takes_no_memory() -> None:
     reader = Ver3Reader()
-    found = [it for _ in range(100) for it in reader.feed(b"\xa5" * 10_000)]
+    found = [frame for _ in range(100) for frame in reader.feed(b"\xa5" * 10_000)]
     assert len(found) == 1
     assert isinstance(found[0], Garbage)
     assert "too long" in found[0].why

@@ -152,7 +152,7 @@ def values(annotation: object, metadata: list[Any]) -> st.SearchStrategy[Any]:
     if get_origin(annotation) is Annotated:
         inner, *extras = get_args(annotation)
         flat = [
-            it for extra in extras for it in (extra.metadata if isinstance(extra, FieldInfo) else [extra])
+            item for extra in extras for item in (extra.metadata if isinstance(extra, FieldInfo) else [extra])
         ]
         return values(inner, [*flat, *metadata])
     if get_origin(annotation) in (Union, UnionType):
@@ -167,7 +167,9 @@ def values(annotation: object, metadata: list[Any]) -> st.SearchStrategy[Any]:
         return integers(metadata)
     if annotation is str:
         pattern = next(
-            it.pattern for it in metadata if getattr(it, "pattern", None) and not hasattr(it, "encode")
+            item.pattern
+            for item in metadata
+            if getattr(item, "pattern", None) and not hasattr(item, "encode")
         )
         return st.from_regex(pattern, fullmatch=True, alphabet=st.characters(codec="ascii"))
     if isinstance(annotation, type) and issubclass(annotation, BaseModel):
@@ -177,9 +179,9 @@ def values(annotation: object, metadata: list[Any]) -> st.SearchStrategy[Any]:
 
 def integers(metadata: list[Any]) -> st.SearchStrategy[int]:
     lowest, highest = -(10**9), 10**9
-    for it in metadata:
-        lowest = max(lowest, getattr(it, "ge", lowest), getattr(it, "gt", lowest - 1) + 1)
-        highest = min(highest, getattr(it, "le", highest), getattr(it, "lt", highest + 1) - 1)
+    for item in metadata:
+        lowest = max(lowest, getattr(item, "ge", lowest), getattr(item, "gt", lowest - 1) + 1)
+        highest = min(highest, getattr(item, "le", highest), getattr(item, "lt", highest + 1) - 1)
     return st.integers(lowest, highest) | st.sampled_from([lowest, highest])
 
 

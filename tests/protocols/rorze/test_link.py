@@ -175,7 +175,7 @@ def test_an_echo_of_our_own_command_is_named() -> None:
 
 def test_a_line_without_end_is_told_once_and_takes_no_memory() -> None:
     reader = LinkReader()
-    found = [it for _ in range(100) for it in reader.feed(b"\xa5" * 10_000)]
+    found = [frame for _ in range(100) for frame in reader.feed(b"\xa5" * 10_000)]
     assert len(found) == 1
     assert isinstance(found[0], Garbage)
     assert len(found[0].data) == MAX_REPLY_LENGTH + 1
@@ -186,7 +186,7 @@ def test_a_line_without_end_is_told_once_and_takes_no_memory() -> None:
 def test_the_longest_reply_is_read_whole_and_nothing_longer_is() -> None:
     longest = b">&3F9VD" + b"x" * (MAX_REPLY_LENGTH - 7)
     assert read(longest + b"\r") == [Answer(0x3F, "9VD", "x" * (MAX_REPLY_LENGTH - 7))]
-    assert all(isinstance(it, Garbage) for it in read(longest + b"x\r"))
+    assert all(isinstance(frame, Garbage) for frame in read(longest + b"x\r"))
 
 
 def test_it_is_known_whether_a_frame_has_begun() -> None:
@@ -299,14 +299,14 @@ def test_one_frame_never_becomes_two(text: str) -> None:
 
 def test_the_poison_is_one_character_too_long_to_be_a_command() -> None:
     assert POISON == b"!" * 61 + b"\r"
-    assert all(isinstance(it, Garbage) or it.too_long() for it in RequestReader().feed(POISON))
+    assert all(isinstance(request, Garbage) or request.too_long() for request in RequestReader().feed(POISON))
 
 
 @pytest.mark.parametrize("cut", range(1, len("&3F1+MA[12],50000")))
 def test_the_poison_makes_every_cut_command_too_long(cut: int) -> None:
     found = RequestReader().feed(b"&3F1+MA[12],50000"[:cut] + POISON)
     assert len(found) == 1
-    assert all(isinstance(it, Garbage) or it.too_long() for it in found)
+    assert all(isinstance(request, Garbage) or request.too_long() for request in found)
 
 
 @pytest.mark.parametrize(

@@ -127,7 +127,8 @@ def test_the_built_in_macros_pick_and_place() -> None:
 
 def test_the_built_in_ones_can_be_read_from_a_file(tmp_path: Path) -> None:
     lines = [
-        f"[macros.{name}]\nprogram = {it.program}\nsteps = {list(it.steps)}\n" for name, it in MACROS.items()
+        f"[macros.{name}]\nprogram = {macro.program}\nsteps = {list(macro.steps)}\n"
+        for name, macro in MACROS.items()
     ]
     (tmp_path / "macros.toml").write_text("\n".join(lines))
     assert read_macros(tmp_path / "macros.toml") == dict(MACROS)

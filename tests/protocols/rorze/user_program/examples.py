@@ -60,7 +60,7 @@ OPERATIONS = st.one_of(
     joined("JBT", DATA, BITS, LEVELS, PLACES),
     st.tuples(
         DATA | COUNTERS | TIMERS | either("RX", "PP"), either("<", ">", "="), NUMBERS | DATA, PLACES
-    ).map(lambda it: f"JCP{it[0]}{it[1]}{it[2]},{it[3]}"),
+    ).map(lambda parts: f"JCP{parts[0]}{parts[1]}{parts[2]},{parts[3]}"),
     joined("WAT", COUNTS),
     *(joined(code, DATA) for code in ("RSL", "RSR")),
     joined("SDC", MESSAGES),
@@ -84,7 +84,7 @@ COMMAND_TEXTS = st.sampled_from(EXAMPLES) | st.one_of(
     joined("3PSP[0]", DATA).map(lambda text: text.replace("]", "],", 1)),
     joined("COS", DATA, LEVELS),
     DATA.map(lambda memory: f"3PDP[{memory}]"),
-    st.tuples(DATA, DATA).map(lambda it: f"1+MA[{it[0]}],{it[1]}"),
+    st.tuples(DATA, DATA).map(lambda parts: f"1+MA[{parts[0]}],{parts[1]}"),
 )
 
 INSTRUCTIONS = OPERATIONS | LABELS | COMMAND_TEXTS
