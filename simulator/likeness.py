@@ -50,16 +50,20 @@ class Likeness:
         """Let a line be as the report tells."""
         self._turn(line, RC400_QUIRKS)
         line.settings = replace(line.settings, reply_delay_s=self._usual_s())
-        if introducer := self._proposed("introducer"):
+        if (introducer := self._right("introducer")) not in (None, "&"):
             line.settings = replace(line.settings, introducers=introducer)
+        if self._right("stop_mode") == "after_reply":
+            RC400_QUIRKS["interjection"](line)
         return line
 
     def turn_fics(self, line: SimulatedFics) -> SimulatedFics:
         """Let a robot be as the report tells."""
         self._turn(line, FICS_QUIRKS)
         line.settings = replace(line.settings, reply_delay_s=self._usual_s())
-        if bits := self._proposed("robot.status_bits"):
+        if bits := self._right("robot.status_bits"):
             line.robot.settings = replace(line.robot.settings, status_bits=tuple(bits))
+        if self._right("terminator") == "crlf":
+            FICS_QUIRKS["robot-terminator"](line)
         return line
 
     def _turn(self, line: Any, quirks: Mapping[str, Callable[[Any], None]]) -> None:
@@ -89,9 +93,15 @@ class Likeness:
         times = sorted(self.report["measured"]["replies_s"])
         return float(times[len(times) // 2]) if times else 0.0
 
-    def _proposed(self, key: str) -> Any:
+    def _right(self, key: str) -> Any:
+        """The value of a setting that is right on the line: as proposed, or as the line's table has it."""
         settings = (it["setting"] for it in self.report["results"] if it["setting"] is not None)
-        return next((it["proposed"] for it in settings if it["key"] == key), None)
+        table: Any = self.report["table"]
+        for part in key.split("."):
+            table = table.get(part)
+        return next(
+            (it["proposed"] for it in settings if it["key"] == key and it["proposed"] is not None), table
+        )
 
 
 def read_likeness(path: Path) -> Likeness:

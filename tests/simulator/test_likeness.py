@@ -4,13 +4,14 @@ from pathlib import Path
 
 import pytest
 
+from gateway.config_edit import changed
 from simulator.fics.layout import Layout
 from simulator.fics.line import SimulatedFics
 from simulator.fics.line import build_line as build_fics
 from simulator.likeness import read_likeness
 from simulator.rorze.line import build_line
 from simulator.truth import TruthLog
-from tests.commissioning.benches import Machine, commissioned, unlike
+from tests.commissioning.benches import CONFIG, Machine, commissioned, unlike
 from tests.commissioning.test_quirks import CASES, Case, quirky
 from tests.plants import in_virtual_time
 
@@ -34,6 +35,24 @@ async def test_the_simulator_is_as_the_line_was(case: Case, tmp_path: Path) -> N
     again, _ = await commissioned(like(report, case))
     assert unlike(again) == unlike(found)
     assert again.changes().keys() == found.changes().keys()
+
+
+SETTLED = [it for it in CASES if it.slug in ("interjection", "silent-xid", "robot-terminator", "status-bits")]
+
+
+@pytest.mark.parametrize("case", SETTLED, ids=lambda it: it.slug)
+@in_virtual_time
+async def test_a_line_whose_settings_are_right_already_is_as_odd(case: Case, tmp_path: Path) -> None:
+    right = changed(CONFIG, case.line_id, case.proposed, "gateway.toml")
+    found, _ = await commissioned(quirky(case), text=right)
+    assert unlike(found) == {}
+    (tmp_path / "F.json").write_text(found.model_dump_json(), "utf-8")
+    machine = like(tmp_path / "F.json", case)
+    if case.prepare is not None:
+        case.prepare(machine)
+    again, _ = await commissioned(machine)
+    assert unlike(again).keys() == {case.slug}
+    assert again.changes() == case.proposed
 
 
 @in_virtual_time
