@@ -536,7 +536,7 @@ class Plant:
 
     def family(self, kind: Callable[..., F]) -> F:
         """All controllers of one kind, or all that an extension has made; `kind` is a class, or a base."""
-        found: F = next(it for it in self.registered if isinstance(it, cast("type[F]", kind)))
+        found: F = next(package for package in self.registered if isinstance(package, cast("type[F]", kind)))
         return found
 
     def ports(self) -> dict[str, AnyLine]:

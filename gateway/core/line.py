@@ -77,7 +77,7 @@ class FrameReader(Protocol[W_co]):
 
 @dataclass(slots=True)
 class LineOwnership:
-    """Which gateway has a line, as its ownership tells."""
+    """The gateway that has a line, as its ownership tells."""
 
     stands_by: Callable[[], str | None] = lambda: None
     """Called before each opening: why another gateway has the line; None where this one does."""

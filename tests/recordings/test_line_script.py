@@ -35,11 +35,11 @@ def entries(words: Sequence[str]) -> list[tuple[int, TraceEntry]]:
             TraceEntry(
                 at=at,
                 monotonic_ns=number * MS,
-                kind="tx" if it[0] == "<" else "rx",
-                data=it[1:].encode() + b"\r",
+                kind="tx" if word[0] == "<" else "rx",
+                data=word[1:].encode() + b"\r",
             ),
         )
-        for number, it in enumerate(words, 1)
+        for number, word in enumerate(words, 1)
     ]
 
 
@@ -48,4 +48,6 @@ def test_a_reply_belongs_to_the_newest_frame_that_it_may_answer(
     family: str, words: Sequence[str], heard: Sequence[Sequence[str]]
 ) -> None:
     script = script_of(entries(words), DIALECTS[family](), 0)
-    assert [[it.data.rstrip(b"\r").decode() for it in one.heard] for one in script.exchanges] == list(heard)
+    assert [[frame.data.rstrip(b"\r").decode() for frame in one.heard] for one in script.exchanges] == list(
+        heard
+    )

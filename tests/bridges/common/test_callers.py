@@ -71,7 +71,7 @@ async def test_others_bring_their_keys(callers: tuple[Callers, Let, Path]) -> No
 
 
 class Breaking(Caller):
-    """A caller whose connection breaks so many times."""
+    """A caller whose connection breaks `breaks` times."""
 
     def __init__(self, breaks: int) -> None:
         self.breaks, self.asked = breaks, 0
