@@ -72,7 +72,7 @@ class Overtaken(Exception):
     """Another writer was faster at this gateway's subject: where its events end is to be read again."""
 
 
-class NameTaken(Exception):
+class NotAlone(Exception):
     """After events of this process there are others in the stream: another gateway has the same name."""
 
 
@@ -206,7 +206,7 @@ class Member:
                 await self._send_on(connection, cursor, sequence)
             except Overtaken:
                 await asyncio.sleep(AGAIN_S)
-            except NameTaken:
+            except NotAlone:
                 name = self._membership.name
                 self._note_trouble(f"another gateway calls itself {name}, too: give it another plant.name", 0)
                 await asyncio.sleep(TAKEN_S)
@@ -214,13 +214,13 @@ class Member:
     async def _require_own(self, cursor: str | None, sequence: int) -> None:
         """See that the last event in the stream is this gateway's own, if it has sent any.
 
-        :raises NameTaken: it is not. All of the journal would be sent again after it, and again.
+        :raises NotAlone: it is not. All of the journal would be sent again after it, and again.
         """
         if not self._sent or not sequence:
             return
         page = await self._plant.events.since(cursor, limit=1)
         if cursor is None or any(it.type == GAP for it in page.events):
-            raise NameTaken
+            raise NotAlone
 
     async def _send_on(self, connection: Connection, cursor: str | None, sequence: int) -> NoReturn:
         hub = self._plant.events

@@ -43,7 +43,7 @@ class NotTaken(aiomqtt.MqttError):
     """The broker has answered that it does not take a message: its user may not write there, for example."""
 
 
-class Client(aiomqtt.Client):
+class TellingClient(aiomqtt.Client):
     """A client whose `publish` fails where the broker refuses the message: the library reads no reason."""
 
     def __init__(self, *arguments: Any, **named: Any) -> None:
@@ -70,7 +70,7 @@ def new_client(
     suffix: str = "",
     keep_s: int = 0,
     version: str | None = None,
-) -> Client:
+) -> TellingClient:
     """Make a client for one connection: what is left of an earlier one is not sent by it.
 
     The broker keeps its session for `keep_s` after its end: so long the will can be delayed. Without a
@@ -80,7 +80,7 @@ def new_client(
     """
     mqtt = file.mqtt
     host, port = mqtt.place
-    client = Client(
+    client = TellingClient(
         host,
         port,
         identifier=file.client_id + suffix,

@@ -54,6 +54,7 @@ def test_two_gateways_with_one_name_are_told_and_no_command_goes_to_either(twins
     assert [it["state"] for it in told(stopped)["gateways"]] == ["unconfirmed"]
     for it in twins.gateways:
         until(lambda: it.line.executed("5SS"), "each has stopped what is its own")  # noqa: B023
+        until(lambda: it.http.post("/stop").json()["confirmed"], "all of it stands")  # noqa: B023
 
     original.moving("3F", 40)
     [alarm] = until(lambda: original.get("/alarms?standing=true")["alarms"], "the first one says it")
