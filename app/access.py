@@ -32,7 +32,7 @@ class AccessControl:
         self.credentials: Credentials | None = None
         self._store = KeyStore(data)
         self.on_key: Callable[[str, KeyInfo], object] = lambda _what, _key: None
-        """Told that a key `ends_soon`, or has `expired`."""
+        """Called with `ends_soon` or `expired`, and the key."""
         self._states: dict[str, tuple[bool, str]] | None = None
         self._work = [self._keep_uses, self._watch_keys]
         self._tasks: list[asyncio.Task[None]] = []

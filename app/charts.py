@@ -36,7 +36,7 @@ class _Scale(NamedTuple):
     ticks: Sequence[float]
     start: float
     end: float
-    """Where the first tick and the last one lie."""
+    """The places of the first tick and the last one."""
 
     def at(self, value: float) -> float:
         first, last = self.ticks[0], self.ticks[-1]

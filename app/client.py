@@ -50,7 +50,7 @@ class Client:
     lease: str = ""
     """Tokens of leases, with commas."""
     epoch: str = ""
-    """Since when the gateway has the line, as far as the one who asks knows."""
+    """The epoch since which the gateway has the line, as far as the one who asks knows."""
 
     @classmethod
     def at(cls, url: str, key_file: Path | None) -> "Client":

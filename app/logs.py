@@ -20,7 +20,7 @@ Format = Literal["text", "json"]
 MOST_WAITING: Final = 10_000
 """Lines that may wait to be read; more are lost, and nothing waits for them."""
 GATHER_S: Final = 0.02
-"""How long a line may wait for others before it is written."""
+"""Seconds that a line may wait for others before it is written."""
 LINES_AT_ONCE: Final = 50
 LINES_PER_S: Final = 2.0
 """Lines of one sort that the requests with one key, or from one network address, may cause."""

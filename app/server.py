@@ -50,9 +50,9 @@ if TYPE_CHECKING:
 log = logging.getLogger(__name__)
 
 STREAMS_S = 1.0
-"""How long event streams may take to deliver what there is and to close."""
+"""Seconds that event streams may take to deliver what there is and to close."""
 HANDSHAKE_S = 5.0
-"""How long a client may take to agree on TLS."""
+"""Seconds that a client may take to agree on TLS."""
 QUICK_START_S = 10.0
 """A start that may take longer is told before."""
 START_S = 60.0
@@ -60,7 +60,7 @@ START_S = 60.0
 BACKLOG = 2048
 """Connections that may wait to be accepted."""
 REQUESTS_S = 2.0
-"""How long requests may take to end; then the lines are closed, which answers all that wait."""
+"""Seconds that requests may take to end; then the lines are closed, which answers all that wait."""
 HSTS = [("Strict-Transport-Security", "max-age=31536000")]
 """A browser that was here over TLS never asks in plain text; a proxy with TLS of its own says so itself."""
 

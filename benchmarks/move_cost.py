@@ -9,7 +9,7 @@ from benchmarks.processes import cpu_s, resident_mib
 
 ROUNDS = 10
 MOST_IN_A_SECOND = 2000
-"""The memory is looked at after so many moves for each second of the measurement: 20,000 by itself."""
+"""Moves for each second of the measurement after which the memory is looked at: 20,000 by default."""
 
 
 async def run(seconds: float) -> list[Figure]:

@@ -86,7 +86,7 @@ class _First:
     key: RequestKey
     over: asyncio.Event = field(default_factory=asyncio.Event)
     answer: _Answer | None = None
-    """None where it was refused and nothing was sent: then the next one is the first."""
+    """The answer; None if the request was refused and nothing was sent: then the next one is the first."""
 
 
 class IdempotentRequests:

@@ -228,7 +228,7 @@ async def _tell_fault(request: Request, _error: Exception) -> Response:
 
 
 PHRASES = {413: "Request Entity Too Large"}
-"""Where versions of Python differ."""
+"""Words in which versions of Python differ."""
 
 
 def _plain(request: Request, status: int, detail: str) -> Problem:

@@ -22,7 +22,7 @@ _STARTS: Final = frozenset({_START, "websocket.accept", "websocket.http.response
 
 _CACHE_CONTROL: Final = b"cache-control"
 _NO_STORE: Final = (_CACHE_CONTROL, b"no-store")
-"""Where a motor stands, and who asked for it, is for no cache."""
+"""The header of answers that no cache may keep, such as the position of a motor."""
 _HAS_BEGUN: Final = "motion-gateway.answer-has-begun"
 
 Headers = Iterable[tuple[bytes, bytes]]

@@ -37,7 +37,7 @@ def access_of(request: HTTPConnection) -> Access:
 
 
 def wait_s(request: Request, wait: float | None) -> float:
-    """How many seconds the client wants to wait: by the query, else by `Prefer` (RFC 7240)."""
+    """The seconds that the client wants to wait: by the query, else by `Prefer` (RFC 7240)."""
     if wait is None:
         match = _WAIT.search(",".join(request.headers.getlist("prefer")))
         wait = float(match[1]) if match else 0.0

@@ -1,4 +1,4 @@
-"""Which networks, browsers and host names may talk to the gateway: whatever key they send."""
+"""The networks, browsers and host names that may talk to the gateway, with any key."""
 
 from collections.abc import Iterable
 from functools import lru_cache

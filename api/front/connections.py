@@ -1,4 +1,4 @@
-"""How many connections there may be, and what those beyond that may do: they may still stop."""
+"""The limit of connections; a connection beyond it may still stop."""
 
 import logging
 from collections.abc import Callable

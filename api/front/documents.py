@@ -41,7 +41,7 @@ _PAGES: Final = (
 )
 _NONE = "q=0"
 _FOLDERS: Final = (Path(__file__).parent / "openapi", Path(__file__).parents[2] / "openapi")
-"""Where the OpenAPI documents are: in the installed package, or beside the sources."""
+"""The folders of the OpenAPI documents: in the installed package, or beside the sources."""
 _WORTH_PACKING = 0.9
 """The share of its length below which gzip has to make a document, or it is sent as it is."""
 

@@ -1,4 +1,4 @@
-"""How much of the event loop the bytes of clients take: a budget for each connection, and one for all."""
+"""The event loop's time for the bytes of clients: a budget for each connection, and one for all."""
 
 import asyncio
 from collections import deque
@@ -26,7 +26,7 @@ class Intake:
         self._turnstile = turnstile
         self._clock = clock
         self._used_s = 0.0
-        """In this turn."""
+        """Seconds used in this turn."""
         self._turning = False
         self._light: deque[Inlet] = deque()
         self._heavy: deque[Inlet] = deque()
@@ -153,7 +153,7 @@ class Inlet:
 
 
 class Frequency:
-    """How often something happens in a second."""
+    """A count of events in each second."""
 
     def __init__(self, most: int, clock: Callable[[], float] = monotonic) -> None:
         self._most, self._clock = most, clock

@@ -77,7 +77,7 @@ class RequestBody:
         return {"type": "http.request", "body": content, "more_body": self.more}
 
 
-class HttpAnswer:
+class AnswerWriter:
     """The bytes of an answer: its head with the beginning of its body, then the rest."""
 
     __slots__ = ("_bare", "_chunked", "_head", "_left", "begun", "over")
@@ -152,7 +152,7 @@ class PendingRequest:
         self.gone = False
         """True if its client waits for the answer no more."""
         self.body = RequestBody()
-        self.answer = HttpAnswer(bare=scope["method"] == "HEAD")
+        self.answer = AnswerWriter(bare=scope["method"] == "HEAD")
         self._connection, self._app, self._scope = connection, app, scope
         self._continues = continues
         """True if the client waits for a word before it sends the body."""

@@ -1,4 +1,4 @@
-"""Which requests are software stops, and which others may not wait either."""
+"""The requests that may not wait: software stops, signs of life, and heartbeats of jogs."""
 
 from typing import Final
 

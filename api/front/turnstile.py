@@ -1,4 +1,4 @@
-"""How many requests begin in one turn of the event loop, so that a stop is heard between them."""
+"""The number of requests that begin in one turn of the event loop, so that a stop is heard between them."""
 
 import asyncio
 from collections import deque
@@ -12,11 +12,11 @@ AT_ONCE: Final = 4
 A read takes up to half a millisecond, and all that is ready in one turn is done before the next.
 """
 CROWD: Final = 16
-"""With more under way one begins at a time: dozens that shared a frame would be answered in one turn."""
+"""The most requests under way with which several begin in a turn: dozens would be answered in one turn."""
 
 
 LONG_TURN_S: Final = 0.002
-"""After a turn that took longer of the processor one begins at a time, too: they were costly requests."""
+"""The longest turn, in seconds of the processor, after which several requests begin at once."""
 STOP_PAUSE_S: Final = 0.005
 """While a stop is under way one request begins in this time: a stop takes a dozen turns to its answer, ..."""
 STOP_TURNS: Final = 4

@@ -17,7 +17,7 @@ from app.progress import ProgressLine
 from app.targets import NamedTarget, find
 
 HEARTBEATS: Final = 3
-"""In the time in which one has to come."""
+"""The heartbeats in the time in which one has to come."""
 CHECK_S: Final = 0.1
 STILL_WITHIN_S: Final = 4.0
 """Standstill that is not seen by then is not waited for."""

@@ -20,7 +20,7 @@ lease = typer.Typer(
 LONGEST_S: Final = 30.0
 """As in `gateway.core.leases`."""
 RENEWALS: Final = 3
-"""In the time in which one has to come."""
+"""The renewals in the time in which one has to come."""
 
 
 @lease.command(cls=words.WordedCommand)

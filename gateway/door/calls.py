@@ -65,7 +65,7 @@ async def carry_out(
             taken[EXPECTS] = expects
         if operation.keyed:
             taken[KEYED] = keyed
-        looked = [it for it in found.values() if isinstance(it, Looked)] if way.looks else []
+        looked = [thing for thing in found.values() if isinstance(thing, Looked)] if way.looks else []
         return await (_looking(operation, taken, looked) if looked else operation.run(**taken))
     finally:
         ORIGIN.reset(before)
@@ -134,14 +134,14 @@ def _named(operation: Operation, values: Mapping[str, Any]) -> Sequence[str]:
 def _only_asks(operation: Operation, values: Mapping[str, Any]) -> bool:
     """True if the request is to be checked or planned only, not carried out."""
     request = values.get(operation.request_name or "")
-    return request is not None and any(getattr(request, it) for it in _trials_of(request.__class__))
+    return request is not None and any(getattr(request, trial) for trial in _trials_of(request.__class__))
 
 
 @cache
 def _trials_of(request: type) -> Sequence[str]:
     """The members of a request that ask for a trial; to look for what a model does not have takes long."""
     members = getattr(request, "model_fields", ())
-    return [it for it in ("validate_only", "dry_run") if it in members]
+    return [trial for trial in ("validate_only", "dry_run") if trial in members]
 
 
 class _Way(NamedTuple):

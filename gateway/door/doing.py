@@ -26,7 +26,7 @@ async def do(
     """Carry out a command for a caller who has the right; errors as of `do_admitted`.
 
     :raises NotPermitted: the caller has it not; nothing was sent.
-    :raises LeaseRefused: somebody else has a lease there; nothing was sent.
+    :raises LeaseRefused: another caller has a lease there; nothing was sent.
     """
     require(plant, RIGHT_OF[command.effect], target)
     return await do_admitted(plant, target, command, wait_s, start_within_s)
