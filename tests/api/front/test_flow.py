@@ -3,7 +3,7 @@
 import asyncio
 from typing import cast
 
-from api.front.flow import Flow
+from api.front.flow import Flow, RestTimer
 from tests.gateway.rorze.far_end import virtual
 
 
@@ -14,6 +14,13 @@ class Wire:
         self.left = left
         self.closing = closing
         self.aborted = False
+        self.reading = True
+
+    def pause_reading(self) -> None:
+        self.reading = False
+
+    def resume_reading(self) -> None:
+        self.reading = True
 
     def get_write_buffer_size(self) -> int:
         return self.left
@@ -71,3 +78,45 @@ async def test_nobody_is_cut_off_who_has_taken_everything_or_is_not_watched_any_
     await asyncio.sleep(30.0)
     assert not done.aborted
     assert not stopped.aborted
+
+
+@virtual
+async def test_a_rest_that_ends_begins_anew_and_takes_its_whole_time() -> None:
+    over: list[float] = []
+    rest, loop = RestTimer(), asyncio.get_running_loop()
+    begun_at = loop.time()
+    for _ in range(3):
+        rest.begin(5.0, lambda: over.append(loop.time() - begun_at))
+        await asyncio.sleep(4.0)
+        rest.end()
+    await asyncio.sleep(20.0)
+    assert not over
+    begun_at = loop.time()
+    rest.begin(5.0, lambda: over.append(loop.time() - begun_at))
+    await asyncio.sleep(20.0)
+    assert over == [5.0]
+
+
+@virtual
+async def test_a_connection_that_is_held_or_has_enough_is_not_read() -> None:
+    wire = Wire(0)
+    flow = Flow(cast("asyncio.Transport", wire), 10.0)
+    flow.read(enough=True)
+    flow.held = True
+    flow.read()
+    assert not wire.reading
+    flow.held = False
+    flow.read()
+    assert wire.reading
+
+
+@virtual
+async def test_a_client_that_reads_on_makes_room() -> None:
+    flow = Flow(cast("asyncio.Transport", Wire(5)), 10.0)
+    assert flow.room is None
+    flow.pause()
+    room = flow.room
+    assert room is not None
+    assert not room.is_set()
+    flow.resume()
+    assert (room.is_set(), flow.room) == (True, None)
