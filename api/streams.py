@@ -10,9 +10,9 @@ from fastapi import Header, Query, Request, Response, WebSocket
 from starlette.datastructures import QueryParams
 from starlette.responses import StreamingResponse
 
-from api.common.query_params import require_known
 from api.common.requests import new_router, plant_of
 from api.common.sockets import CLOSE_GOING_AWAY, CLOSE_SLOW_CONSUMER, refuse, tell
+from api.common.strict_json import require_known
 from api.front.websocket_protocol import EVENTS, SINGLY, TOGETHER
 from gateway.door import traces
 from gateway.door.calls import aside

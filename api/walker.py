@@ -1,7 +1,8 @@
 """Routes made of the rows of the door: this module alone knows how an operation looks over HTTP."""
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Coroutine, Iterable, Iterator, Mapping
 from functools import cache, partial
+from inspect import Parameter, Signature
 from typing import Annotated, Any
 
 from fastapi import Body, Request, Response
@@ -11,7 +12,6 @@ from api.common import plain_text
 from api.common.declared import answers, heeded, shown
 from api.common.etags import header_of, matching
 from api.common.idempotency import has_key
-from api.common.parameters import Endpoint, taking
 from api.common.requests import (
     JsonResponse,
     begun_response,
@@ -31,6 +31,7 @@ from gateway.door.results import Result
 from gateway.door.table import Effect, Operation, PlainText, Written, names_in
 
 WAIT = "wait"
+Endpoint = Callable[..., Coroutine[Any, Any, Response]]
 
 
 def routes(operations: Iterable[Operation], by_hand: Iterable[HttpRoute]) -> Iterator[HttpRoute]:
@@ -142,3 +143,19 @@ def _place(operation: Operation, record: Any) -> str:
     if operation.target is None:
         return kept
     return "/".join([*record.target.split("/"), *kept.split("/")[3:]])
+
+
+def taking(endpoint: Endpoint, parameters: Mapping[str, Any]) -> Endpoint:
+    """Let FastAPI see which parameters an endpoint takes besides the request; `wait` may be left out."""
+    endpoint.__signature__ = Signature(  # type: ignore[attr-defined]  # it is looked for there
+        [
+            it.replace(name=name, kind=Parameter.KEYWORD_ONLY) if isinstance(it, Parameter) else _of(name, it)
+            for name, it in {"request": Request, **parameters}.items()
+        ]
+    )
+    return endpoint
+
+
+def _of(name: str, annotation: Any) -> Parameter:
+    default = None if name == "wait" else Parameter.empty
+    return Parameter(name, Parameter.KEYWORD_ONLY, annotation=annotation, default=default)

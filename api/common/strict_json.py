@@ -1,22 +1,24 @@
 """Request bodies: JSON of which nothing is guessed, rounded, overwritten or silently dropped."""
 
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from functools import cached_property, partial
 from typing import Any, ClassVar, Final
 
 from fastapi import HTTPException, Request
 from pydantic import ValidationError
+from starlette.requests import HTTPConnection
 from starlette.types import Receive, Scope, Send
 
 from api.common.calling import NOTHING, Call
 from api.common.faults import InvalidBody
 from api.common.idempotency import READS, WITH_EFFECT, require_no_key
-from api.common.query_params import require_known
 from api.common.routes import HttpRoute
 from gateway.door.calls import aside
+from gateway.door.problems import InvalidRequest
 from gateway.door.strict_json import INLINE_BYTES, NoContent, NotStrict, read
 from gateway.door.table import Right
+from protocols.wording import shown, unknown
 
 JSON: Final = "application/json"
 MAX_BODY_BYTES = 65_536
@@ -167,3 +169,18 @@ def require_type(request: Request, *wanted: str) -> str:
         said = f"The request body is {content_type or 'of no type'}, not {' or '.join(wanted)}"
         raise HTTPException(415, f"{said}; nothing was sent.")
     return kind
+
+
+def require_known(request: HTTPConnection, known: Collection[str]) -> None:
+    """Refuse a query with other parameters than the route has.
+
+    :raises InvalidRequest: one has another name; the error says which there are.
+    """
+    if not request.scope["query_string"]:
+        return
+    for name in request.query_params:
+        if name not in known:
+            raise InvalidRequest(
+                f"There is no query parameter {shown(name)} here ({unknown(name, known)}); nothing was sent.",
+                "See /docs for what can be asked.",
+            )

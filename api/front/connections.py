@@ -1,17 +1,46 @@
-"""The limit of connections; a connection beyond it may still stop."""
+"""The bounds of each connection, and the limit of their number; a connection beyond it may still stop."""
 
 import logging
 from collections.abc import Callable
+from dataclasses import dataclass
 from enum import Enum, auto
 from time import monotonic
 from typing import Protocol
 
 log = logging.getLogger(__name__)
 
+LINGER_S = 0.5
+"""A refused connection stays open for this time, so that its client can read why."""
+LINGER_BYTES = 262_144
+"""Bytes that its client still sends and that are taken, and passed over."""
 RESERVE = 64
 """Connections beyond the limit, at which only stops are served."""
 IDLE_S = 1.0
 """A connection that has been idle for this time makes room for a new one."""
+
+
+@dataclass(frozen=True)
+class ConnectionLimits:
+    """The bounds of a server's connections, HTTP and WebSocket alike."""
+
+    head_bytes: int = 16_384
+    """A longer head, trailer or chunk extension ends its connection."""
+    head_lines: int = 100
+    """A head with more header lines ends its connection; they are kept as long as the request."""
+    receive_s: float = 10.0
+    """A request has come as a whole by then."""
+    stall_s: float = 10.0
+    """A client that takes nothing of an answer for this time loses the connection."""
+    requests_ahead: int = 64
+    """Requests that may be sent ahead of the answers to those before them."""
+    frames_per_s: int = 100
+    """WebSocket frames that a client may send in a second; it has nothing to say but to answer pings."""
+    piece_bytes: int = 256
+    """Bytes are parsed in pieces: a WebSocket's, full of empty frames, takes half a millisecond."""
+    connection_s: float = 0.0002
+    """Time for which one connection's bytes are parsed in a turn of the loop; a piece is, however long."""
+    turn_s: float = 0.001
+    """Seconds of the same for all connections together. A stop takes half a dozen turns to its answer."""
 
 
 class OpenConnection(Protocol):

@@ -17,10 +17,9 @@ import uvicorn
 from starlette.types import Scope
 from uvicorn.server import ServerState
 
-from api.front.connections import Admitted, ConnectionLimit
+from api.front.connections import LINGER_S, Admitted, ConnectionLimit, ConnectionLimits
 from api.front.flow import Flow, RestTimer, Timer
 from api.front.intake import Inlet, Intake
-from api.front.limits import LINGER_S, ConnectionLimits
 from api.front.pending_requests import PendingRequest
 from api.front.refusals import Refused, refusal_in
 from api.front.request_head import ConnectionScope, RequestHead

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from time import monotonic
 from typing import Final
 
-from api.front.limits import LINGER_BYTES, ConnectionLimits
+from api.front.connections import LINGER_BYTES, ConnectionLimits
 from api.front.turnstile import Turnstile, after_pause
 
 SECOND: Final = 1.0

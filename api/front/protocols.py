@@ -1,9 +1,8 @@
 """The protocols that a server speaks with clients, with its limits."""
 
-from api.front.connections import ConnectionLimit
+from api.front.connections import ConnectionLimit, ConnectionLimits
 from api.front.http_protocol import HttpProtocol
 from api.front.intake import Intake
-from api.front.limits import ConnectionLimits
 from api.front.turnstile import Turnstile
 from api.front.websocket_protocol import WebSocketProtocol
 

@@ -19,9 +19,9 @@ from websockets.http11 import Request, Response
 from websockets.protocol import SEND_EOF, State
 from websockets.server import ServerProtocol
 
+from api.front.connections import LINGER_S, ConnectionLimits
 from api.front.flow import Flow, Timer
 from api.front.intake import Frequency, Inlet, Intake
-from api.front.limits import LINGER_S, ConnectionLimits
 from api.front.refusals import Refused, head_of
 from gateway.door.events import Event, Writer
 

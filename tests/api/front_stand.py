@@ -13,8 +13,8 @@ import uvicorn
 import uvloop
 from starlette.types import Receive, Scope, Send
 
+from api.front.connections import ConnectionLimits
 from api.front.http_protocol import HttpProtocol
-from api.front.limits import ConnectionLimits
 from api.front.protocols import protocols
 from api.front.websocket_protocol import EVENTS
 from gateway.core.events import EventHub

@@ -4,8 +4,8 @@ import asyncio
 from collections.abc import Coroutine
 from typing import Any
 
+from api.front.connections import LINGER_BYTES, ConnectionLimits
 from api.front.intake import Frequency, Inlet, Intake
-from api.front.limits import LINGER_BYTES, ConnectionLimits
 from api.front.turnstile import STOP_PAUSE_S, STOP_TURNS, Turnstile
 from tests.virtual_time import run_virtual
 
