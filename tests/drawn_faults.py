@@ -27,7 +27,7 @@ AGAIN_S = 30.0
 """Seconds after which the gateway is itself again, whatever has happened."""
 STRUCK = "functions struck by drawn faults"
 """The property of a test under which it reports them."""
-_SURVIVORS = {str(ROOT / "gateway/core/supervisor.py"), str(ROOT / "gateway/core/own_faults.py")}
+_SURVIVORS = {str(ROOT / "gateway/core/supervisor.py")}
 """The functions that survive faults of others; a fault in one of these is a fault of Python itself."""
 
 

@@ -13,8 +13,8 @@ from gateway.core.events import Event
 from gateway.core.move_log import MoveLog
 from gateway.core.move_record import MoveError, MoveRecord, MoveStatus
 from gateway.core.next_calls import NextCall
-from gateway.core.own_faults import retry_until_done, run_each_logging, when_done
 from gateway.core.silence import Silence
+from gateway.core.supervisor import do_each, insist, insist_after
 from gateway.core.verdicts import Judged, Unbegun, Unwatched, Verdict, VerdictWords, judge
 
 log = logging.getLogger(__name__)
@@ -135,7 +135,7 @@ class MoveRuns(ABC, Generic[W, M]):
         """
         task = asyncio.create_task(work(), name=f"move {move_id}")
         self._beginnings[task] = beginning
-        when_done(task, f"the end of move {move_id}", partial(self._over, task, move_id, give_up))
+        insist_after(task, f"the end of move {move_id}", lambda _: self._over(task, move_id, give_up))
 
     def _over(self, task: asyncio.Task[None], move_id: str, give_up: GiveUp) -> None:
         beginning = self._beginnings.pop(task)
@@ -174,7 +174,7 @@ class MoveRuns(ABC, Generic[W, M]):
             self._was_sent(who, move)
         elif status.final:
             move.ended_at = datetime.now(UTC)
-            retry_until_done(f"the end of move {move.id}", partial(self._free, who))
+            insist(f"the end of move {move.id}", partial(self._free, who))
             self.log.end(move)
         self._publish("started" if status is MoveStatus.MOVING else status, who, move)
         self.log.on_change(move)
@@ -249,4 +249,4 @@ async def guarded(move_id: str, work: Callable[[], Coroutine[Any, Any, None]], g
 def _not_followed(move_id: str, fault: Exception, give_up: GiveUp) -> None:
     log.error("move %s has met a fault of the gateway itself", move_id, exc_info=fault)
     why = f"A fault of the gateway itself ({type(fault).__name__}) has ended its watch over the move."
-    run_each_logging(f"move {move_id}", partial(give_up, why))
+    do_each(f"move {move_id}", partial(give_up, why))

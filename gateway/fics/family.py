@@ -18,10 +18,10 @@ from gateway.core.family import (
 from gateway.core.kept_works import DurableJobs
 from gateway.core.lanes import Lane
 from gateway.core.operation import DocumentSection, RouteWords
-from gateway.core.own_faults import await_each_logging
 from gateway.core.restore_record import Restore
 from gateway.core.restores import Restores
 from gateway.core.sampler import Sampler
+from gateway.core.supervisor import do_in_turn
 from gateway.core.targets import Replies, Target
 from gateway.fics import config, settings, signals
 from gateway.fics.addressed import STOP_MODES, RobotTarget, UnitTarget
@@ -267,5 +267,5 @@ class Fics(Robots):
 
     async def let_go(self) -> None:
         """Give the waiters for moves what is known now."""
-        await await_each_logging("the end of long work", self.restores.close)
+        await do_in_turn("the end of long work", self.restores.close)
         await super().let_go()

@@ -9,7 +9,7 @@ from typing import Literal
 from gateway.core.errors import ControllerRefused, GatewayError, NoReply
 from gateway.core.jogs import START_WITHIN_S, Jog, Jogging, JogNews, JogOutOfReach, JogOver, Jogs
 from gateway.core.lanes import Lane
-from gateway.core.own_faults import retry_until_done, run_all_then_raise
+from gateway.core.supervisor import insist
 from gateway.fics.axes import Places, Tell, at_rest, unit_of
 from gateway.fics.conversation import Accepted, Conversation
 from gateway.fics.errors import IN_MOTION, RobotBusy, UnitNotSelected, answered, preparing
@@ -101,10 +101,10 @@ class RobotJogs(Jogs[JogSession, None]):
                 )
         except BaseException:
             if not self._was_sent(session):
-                retry_until_done("the end of a JOG", partial(self._settled, session))
+                insist("the end of a JOG", partial(self._settled, session))
             raise
         if not self._was_sent(session) and accepted.was_not_written():
-            retry_until_done("the end of a JOG", partial(self._settled, session))
+            insist("the end of a JOG", partial(self._settled, session))
         elif not self._was_sent(session):  # a fault of the gateway itself has met it while it was written
             self._begin(session)
         await self._await_answer(session, command, accepted, epoch)
@@ -151,7 +151,7 @@ class RobotJogs(Jogs[JogSession, None]):
         if not all(map(self._was_sent, sessions)):
             self._line.begin_stop()  # a start that waits must not follow the stop
         sent = [session for session in sessions if self._was_sent(session)]
-        run_all_then_raise(partial(self._take, session, JogNews.END) for session in sent)
+        self._take_each(sent, JogNews.END).or_raise()
         if sent:
             await asyncio.wait([session.end for session in sent if session.end is not None])
             if any(session.jog.state == "stopping" for session in sent):

@@ -7,7 +7,7 @@ from functools import partial
 from typing import Any, Final
 
 from gateway.core.errors import ControllerRefused, GatewayError, NoReply, NotSent, Outdated, PowerCycled
-from gateway.core.own_faults import run_all_then_raise
+from gateway.core.supervisor import do_each
 from gateway.fics.axes import AxisDurations, Coordinates, Tell, UnitAxes
 from gateway.fics.bits import AxisEdges, Bits
 from gateway.fics.errors import ErrorStands, RobotBusy, UnitMissing, UnitNotSelected, answered
@@ -333,7 +333,7 @@ class Knowledge:
         """The robot was found in the mode of power-on: all that a loss of power takes away is gone."""
         lost = partial(self.power.lost, certain=True)
         deeds: list[Callable[[], None]] = [self.unit.forget, self.motion.ramps.forget, lost]
-        run_all_then_raise(deeds)
+        do_each("a loss of power", *deeds).or_raise()
 
     # what is missing
 

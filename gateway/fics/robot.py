@@ -11,10 +11,10 @@ from gateway.core.controllers import Controllers
 from gateway.core.errors import InvalidRequest
 from gateway.core.jogs import JogNews
 from gateway.core.lanes import Lane
-from gateway.core.own_faults import await_each_logging, run_each_logging
 from gateway.core.records import Record
 from gateway.core.restores import Restores
 from gateway.core.stops import StopMode
+from gateway.core.supervisor import do_each, do_in_turn
 from gateway.fics.axes import UnitAxes
 from gateway.fics.bits import Bits
 from gateway.fics.conversation import Answers, answered_now, deadline_of
@@ -85,7 +85,7 @@ class Robot(AskedRobot):
     async def close(self) -> None:
         """Stop what jogs, give up repeating stops, and close the line; moves run on in the robot."""
         work = self.jogs, self.stops, self.line, self.conversation
-        await await_each_logging(f"the end of {self.id}", *(it.close for it in work))
+        await do_in_turn(f"the end of {self.id}", *(it.close for it in work))
 
     @property
     def moves_under_way(self) -> list[str]:
@@ -145,7 +145,7 @@ class Robot(AskedRobot):
 
     def _line_changed(self, what: str, facts: dict[str, object]) -> None:
         doubts = self.known.doubt, self.known.note_change, self.known.bits.compare_again
-        run_each_logging(f"{what} of {self.id}", *doubts)
+        do_each(f"{what} of {self.id}", *doubts)
         if what == "robot.power_cycled":
             self.known.power_lost()
         elif what.startswith("robot."):

@@ -10,7 +10,6 @@ from pydantic import Field
 
 from gateway.core.errors import GatewayError
 from gateway.core.lanes import Lane
-from gateway.core.own_faults import await_each_logging, retry_once, run_all_then_raise
 from gateway.core.records import request_id_field
 from gateway.core.stops import (
     CONFIRM_WITHIN_S,
@@ -20,10 +19,12 @@ from gateway.core.stops import (
     StopMode,
     StopNews,
     Stopping,
+    StopPlan,
     StopState,
     StopsUnderWay,
     standstill_unknown,
 )
+from gateway.core.supervisor import do_in_turn
 from gateway.core.waiting import happens
 from gateway.fics.axes import Places, Tell, at_rest
 from gateway.fics.conversation import Conversation
@@ -90,14 +91,13 @@ class RobotStops(StopsUnderWay[StopMode, "_RobotStop"]):
 
         The result comes when all stand still, or after two seconds with what is known then.
         """
-        stop = retry_once("a stop", partial(self._stop, mode))
+        [stop] = self._begun(partial(self._plan, mode))
         return asyncio.create_task(self._report(stop, self._tasks[stop]), name="stop report")
 
-    def _stop(self, mode: StopMode) -> "_RobotStop":
+    def _plan(self, mode: StopMode) -> StopPlan[StopMode]:
         running = self._running.get(mode)
         send = partial(self._begin_new, mode) if running is None else running.submit
-        run_all_then_raise([self._line.begin_stop, self._jogs.robot_stops, send])
-        return self._running[mode]
+        return (self._line.begin_stop, self._jogs.robot_stops, send), (mode,)
 
     @property
     def unconfirmed(self) -> RobotStopReport | None:
@@ -131,7 +131,7 @@ class RobotStops(StopsUnderWay[StopMode, "_RobotStop"]):
         return self._motion.confirm_stop, self._jogs.robot_stands_still
 
     async def _record(self, stop: "_RobotStop") -> None:
-        await await_each_logging(f"the stop of {stop.report.robot_id}", self._conversation.poll_error)
+        await do_in_turn(f"the stop of {stop.report.robot_id}", self._conversation.poll_error)
         await happens(self._motion.idle, RECORD_WITHIN_S)
 
 
