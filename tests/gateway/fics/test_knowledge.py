@@ -1,15 +1,28 @@
-"""The unit a robot acts on is set, and seen, before what depends on it."""
+"""The unit a robot acts on is set, and seen, before what depends on it; what a command needs is asked for."""
 
 import asyncio
+from collections.abc import Iterable, Mapping, Sequence
 
 import pytest
 
-from gateway.core.errors import ControllerRefused, NotSent, PowerCycled
+from gateway.core.errors import ControllerRefused, GatewayError, NoReply, NotSent, PowerCycled
+from gateway.core.preparation import Asked
+from gateway.fics.axes import UnitAxes
 from gateway.fics.errors import RobotBusy, UnitMissing, UnitNotSelected
+from gateway.fics.exchange import Outcome, Proof, RobotAnswered, RobotQuestion
+from gateway.fics.knowledge import Knowledge
+from gateway.fics.power import Missing
 from gateway.fics.watch import HEALTH_POLL_S
+from protocols.fics.alarms import CurrentError
+from protocols.fics.axis_settings import SpeedPercents
 from protocols.fics.homing import HomeRobot
+from protocols.fics.link import FicsRefusal
 from protocols.fics.moves import MoveRelative
-from protocols.fics.status import GetAxisSensors, MotionMode
+from protocols.fics.notation import AxisSystem
+from protocols.fics.speeds import GetSpeedPercent
+from protocols.fics.status import AxisCoordinates, GetAxisSensors, MotionMode
+from protocols.fics.system import CommunicationMode, UnitNumbers
+from protocols.table import Reply
 from tests.fics_plants import fics_rig
 from tests.plants import in_virtual_time
 
@@ -222,3 +235,121 @@ async def test_a_robot_that_moves_is_not_asked_for_its_units_until_it_stands_sti
         rig.touch(lambda fics, _: setattr(fics, "terminal", None))
         await asyncio.sleep(2 * HEALTH_POLL_S)
         assert [text for text in rig.cable.frames() if text.startswith("UNT ")] == ["UNT 2", "UNT 1"]
+
+
+# what a command needs, without a robot
+
+
+class LineSeen:
+    """The facts about a line that knowledge depends on."""
+
+    def __init__(self, mode: int) -> None:
+        self.mode = mode
+        self.absences = self.unheard = 0
+
+    def was_set_up(self) -> None: ...
+
+
+AT_REST: Mapping[str, Reply] = {
+    "UNT": UnitNumbers(host_unit=1, fics_unit=1),
+    "MOD": CommunicationMode(mode=3),
+    "ERR": CurrentError(error="E00"),
+    "MPS": AxisCoordinates(coordinates=[1.0]),
+    "VAO": SpeedPercents(percents=[50.0]),
+}
+"""The answers of a robot that stands still in unit 1, by the name of the question."""
+
+
+def known(mode: int = 3) -> Knowledge:
+    """The knowledge of a robot with two units, of which nothing is known yet."""
+    axes = [UnitAxes("r1", number, ["X"], ["X"], {"X": AxisSystem.MILLIMETRE}) for number in (1, 2)]
+    return Knowledge("r1", LineSeen(mode), axes, lambda _kind, _data: None)
+
+
+def asked(of: Knowledge, needs: Iterable[Missing], answers: Mapping[str, Sequence[Outcome]]) -> list[str]:
+    """The commands that needs ask for; `answers` go before those of a robot at rest, each once."""
+    left = {name: list(outcomes) for name, outcomes in answers.items()}
+    sent: list[str] = []
+    for missing in needs:
+        heard: list[Asked[RobotQuestion, Outcome]] = []
+        while (question := missing(heard)) is not None:
+            text = question.command.text()
+            sent.append(text)
+            of.sent(question)
+            outcome = left[text].pop(0) if left.get(text) else RobotAnswered((AT_REST[text],))
+            of.heard(question, outcome)
+            heard.append(Asked(question, outcome))
+    return sent
+
+
+ANOTHER = RobotAnswered((UnitNumbers(host_unit=1, fics_unit=1),))
+TAKEN = RobotAnswered()
+SELECTED = RobotAnswered((UnitNumbers(host_unit=2, fics_unit=2),))
+SILENCE = NoReply("no reply came.")
+OUT_OF_RANGE = FicsRefusal("UNT", "E05")
+POWER_ON = RobotAnswered((CommunicationMode(mode=2),))
+
+
+@pytest.mark.parametrize(
+    ("answers", "sent"),
+    [
+        ({"UNT": [SELECTED]}, ["UNT"]),
+        ({"UNT": [ANOTHER, SELECTED], "UNT 2": [TAKEN]}, ["UNT", "UNT 2", "UNT"]),
+        ({"UNT": [ANOTHER, SELECTED], "UNT 2": [SILENCE]}, ["UNT", "UNT 2", "MOD", "UNT"]),
+        (
+            {"UNT": [ANOTHER, SELECTED], "UNT 2": [OUT_OF_RANGE, TAKEN]},
+            ["UNT", "UNT 2", "UNT 2", "UNT"],
+        ),
+    ],
+)
+@in_virtual_time
+async def test_a_unit_is_asked_for_selected_and_asked_for_again(
+    answers: Mapping[str, Sequence[Outcome]], sent: list[str]
+) -> None:
+    robot = known()
+    assert asked(robot, [robot.selected(2, afresh=True)], answers) == sent
+    assert robot.unit.number == 2
+    assert asked(robot, [robot.selected(2, afresh=False)], {}) == [], "it is known now"
+
+
+@pytest.mark.parametrize(
+    ("answers", "refusal"),
+    [
+        ({"UNT": [SILENCE]}, UnitNotSelected),
+        ({"UNT": [ANOTHER, ANOTHER], "UNT 2": [TAKEN]}, UnitNotSelected),
+        ({"UNT": [ANOTHER], "UNT 2": [OUT_OF_RANGE, OUT_OF_RANGE]}, UnitMissing),
+        ({"UNT": [ANOTHER], "UNT 2": [FicsRefusal("UNT", "E03")]}, ControllerRefused),
+        ({"UNT": [ANOTHER], "UNT 2": [SILENCE], "MOD": [POWER_ON]}, PowerCycled),
+    ],
+)
+@in_virtual_time
+async def test_a_command_is_refused_where_its_unit_is_not_certain(
+    answers: Mapping[str, Sequence[Outcome]], refusal: type[GatewayError]
+) -> None:
+    robot = known()
+    with pytest.raises(refusal):
+        asked(robot, [robot.selected(2, afresh=True)], answers)
+    assert robot.unit.number != 2
+
+
+@pytest.mark.parametrize(("mode", "sent"), [(3, ["UNT", "MOD"]), (2, ["ERR", "UNT", "MPS", "VAO"])])
+@in_virtual_time
+async def test_the_power_is_what_a_motion_asks_for_last(mode: int, sent: list[str]) -> None:
+    robot = known(mode)
+    unit = robot.units[1]
+    robot.replied(GetSpeedPercent(), 1, [AT_REST["VAO"]])
+    robot.motion.note_foreign(moves=False)
+    assert asked(robot, robot.of_motion(DOWN, unit, Proof(0)), {}) == sent
+
+
+@in_virtual_time
+async def test_after_a_loss_of_power_a_motion_asks_for_the_speeds_to_be_set_first() -> None:
+    robot = known()
+    robot.replied(GetSpeedPercent(), 1, [AT_REST["VAO"]])
+    robot.power_lost()
+    with pytest.raises(PowerCycled):
+        robot.require_fit(DOWN)
+    robot.power.acknowledge()
+    sent = asked(robot, robot.of_motion(DOWN, robot.units[1], Proof(0)), {"VAO 50": [TAKEN]})
+    assert sent == ["MOD", "UNT", "VAO 50", "VAO", "UNT", "MOD"]
+    assert asked(robot, robot.speeds_restored(), {}) == [], "they are set"
