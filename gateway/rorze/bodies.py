@@ -62,11 +62,11 @@ STATUS: Final = GetControllerStatus()
 """A question that is asked all the time is built once."""
 POSITION: Final = GetPosition()
 NO_PROGRAM_S = 120.0
-"""That no program runs is believed for this time: an autostart after a short loss of power may be unseen."""
+"""Time for which an answer that no program runs is believed: an autostart may be unseen."""
 ENCODER_SWAYS = 16
 """Encoder counts by which a shaft at rest may sway through 0, where one would stand that was switched on."""
 BELIEVED_S = 0.5
-"""Where a motor rests is asked again before a move when it was read longer ago: power is lost at rest too."""
+"""Age of a reading at rest after which it is asked again before a move: power is lost at rest too."""
 
 
 def counted_in(mode: ModeName | None) -> CountedIn:
@@ -85,7 +85,7 @@ class Configured:
     position_tolerance: int = 0
     """Pulses by which, in encoder mode, the final position may miss the target of a successful move."""
     in_position: bool = False
-    """In servo mode a move has succeeded when INP is on."""
+    """True if a move in servo mode has succeeded only when INP is on."""
     slow_pattern: int | None = None
     """The pattern that is reserved for moves with a speed of their own; None: not configured."""
     poll_interval_s: float = 0.2
@@ -119,7 +119,7 @@ class BodyMotion:
 
     move: Move | None = None
     trajectory: Trajectory[int] | None = None
-    """Where it is seen during the move."""
+    """The places at which it is seen during the move."""
     announced: asyncio.Event = field(default_factory=asyncio.Event)
     """The link master has announced the end of a move."""
     end_due: asyncio.Event = field(default_factory=asyncio.Event)
@@ -129,7 +129,7 @@ class BodyMotion:
     watched: bool = False
     """True if its robot is asked as a whole, so that this body is asked alone now and then only."""
     stopped_at: int | None = None
-    """Where it stood when a stop was confirmed since its last move was sent."""
+    """The place where a stop was confirmed since its last move was sent."""
     stop_was_proved: bool = False
     """True if the last stop was being proved already when it was called late."""
 
@@ -687,7 +687,7 @@ class Group:
     kept_for: str | None = None
     """The thing it stands for, if it must not be defined anew."""
     position_tolerance: int | None = None
-    """By how much a member may end beside its target, where that is otherwise than for the body alone."""
+    """Pulses by which a member may miss its target, where they are others than for the body alone."""
     in_force: bool = True
     """True if the link master means these members by the number: False while, and once, it is told others."""
     on_strangers: Callable[[set[int]], None] = lambda _numbers: None
@@ -708,7 +708,7 @@ class Group:
         self.kept_for, self.position_tolerance = what, position_tolerance
 
     def require_in_force(self) -> None:
-        """Make sure that its number reaches its members and nobody else.
+        """Make sure that its number reaches its members alone.
 
         :raises BodyBusy: it is being defined anew, or has been.
         """
@@ -791,7 +791,7 @@ def _member_result(member: Body, command: RorzeCommand[Any], answered: Answered)
 
 
 def forbid_stop(address: str, command: RorzeCommand[Any]) -> None:
-    """Refuse a stop that nobody would repeat until standstill is proved.
+    """Refuse a stop that would not be repeated until standstill is proved.
 
     :raises InvalidRequest: it is one.
     """

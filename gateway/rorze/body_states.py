@@ -100,7 +100,7 @@ class BodyLife:
     def __init__(self) -> None:
         self._states: dict[Part, str] = {part: next(iter(table)) for part, table in TABLES.items()}
         self.look_due = asyncio.Event()
-        """Its state is to be read now, not at the next poll."""
+        """Set while its state is to be read now, not at the next poll."""
 
     def hear(self, news: BodyNews) -> BodyAction:
         """Go on to the next states, and give what is to be done."""

@@ -12,7 +12,7 @@ from protocols.rorze.row import FIRST_GROUP, LAST_GROUP
 
 
 def planned_group(address: str, bodies: list[Body], name: str) -> Group:
-    """Make a group that nobody knows yet, with its members in order.
+    """Make a group that is not defined yet, with its members in order.
 
     :raises InvalidRequest: the members are too few, not on one line, or the number is no group's.
     """

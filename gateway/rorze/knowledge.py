@@ -41,7 +41,7 @@ PULSES_RUNNING: Final = 0x01
 PROGRAM_RUNS: Final = 1
 """Bit 0 of a program's status (URD)."""
 RENAMING: Final = (SetPosition, SetEncoderCount, SetEncoderRatio, SetOperatingMode)
-"""After these the same place has another number."""
+"""Commands after which the same place has another number."""
 STARTS_PROGRAM: Final = (RunProgram, StepProgram)
 
 Tell = Callable[[str, dict[str, object]], None]
@@ -115,9 +115,9 @@ class PlaceRead(NamedTuple):
     """A position that was read."""
 
     position: int
-    """In pulses, or in encoder counts, by the operating mode."""
+    """Position in pulses, or in encoder counts, by the operating mode."""
     at: float
-    """In the event loop's time."""
+    """Time of the answer on the event loop's clock."""
 
 
 class EndedBy(NamedTuple):
@@ -133,7 +133,7 @@ class EndedBy(NamedTuple):
     silence: bool = False
     """The body cannot be asked."""
     power: bool = False
-    """Its power was lost, or a loss of it acknowledged."""
+    """True if a loss of power, or its acknowledgement, ends it."""
 
     def drawn(self) -> tuple[str, ...]:
         """Its cells in the page of the documentation."""
@@ -178,23 +178,23 @@ class BodyFacts(Tracker):
     """The last answers of a body."""
 
     heard_at: float | None = None
-    """When it last answered as a member of a group, or alone, in the event loop's time."""
+    """Time of its last answer, alone or as a member of a group, on the event loop's clock."""
     sent_count: int = 0
     """Counts the commands sent to it that are no reads: a poll around one of these has seen two states."""
     changes: int = 0
     """Counts the commands that may have changed its settings."""
     rest: MotorState | None = None
-    """Its answer when it was last seen at rest; None once it may have moved since."""
+    """The answer when it was last seen at rest; None once it may have moved since."""
     rest_at: float = 0.0
     status_bits: int | None = None
     place: PlaceRead | None = None
-    """Where it said last that it stands."""
+    """The last position that it told; None where that place may have another number now."""
     mode: ModeName | None = None
-    """Its operating mode."""
+    """The operating mode (EAD)."""
     pattern_sets: Mapping[int, PatternSpeedSets] = field(default_factory=dict)
     """The speed sets of its patterns: in motion it does not tell them."""
     no_program_at: float | None = None
-    """When it last said that no user program runs; None where one may have been started since."""
+    """Time of its last answer that no user program runs; None where one may have been started since."""
     program_ends: bool = False
     """True if its program was read, has no move without an end, and was not changed since."""
 
@@ -345,7 +345,7 @@ which moves step, and the outputs (CO), which pulses, interrupts and errors swit
 SHARES: Final = (SetRisingAccelerationShare, SetFallingAccelerationShare)
 """Settings of which 0 is a value; in a set where they were never set they read as 0, too (OAD, OBD)."""
 _UNSEEN: Final = frozenset((*STARTS_PROGRAM, EraseFlash))
-"""After these either memory may hold something else."""
+"""Commands after which either memory may hold something else."""
 
 
 @dataclass(eq=False)

@@ -49,9 +49,9 @@ NO_LINK_MASTER = (
 PROBE_S = (1.0, 10.0)
 """First and longest pause between probes of the bodies that do not answer."""
 PROBE_SHARE = 0.1
-"""Share of the line's time that probes may take while anybody else answers."""
+"""Share of the line's time that probes may take while other bodies answer."""
 ROLL = ((True, Lane.READ), (True, Lane.BACKGROUND), (False, Lane.BACKGROUND), (False, Lane.BACKGROUND))
-"""How those are asked who fell silent with their line: from the first on or from the last, and in which lane.
+"""Order and lane of probes after a line recovers: (from the front?, lane).
 
 One at a time goes among clients' reads, for those may take the whole line. From both ends, for a fuse takes
 neighbours: a body that does not answer ends one of these.
@@ -151,9 +151,9 @@ class Line(LineDriver[RorzeExchange, ReplyFrame | Message, ReplyFrame]):
         self._known_since: dict[int, int] = {}
         """The set-up by which the link master knows each group."""
         self.followed = 0
-        """How many of its bodies have a move that is not over."""
+        """Number of its bodies with a move that is not over."""
         self.tells_of_stops = False
-        """True if it was told as a whole that its stops are not confirmed, since nobody on it answers."""
+        """True if one event has told that its stops are not confirmed, since no body on it answers."""
         self.on_message: Callable[[Message], None] = lambda _: None
         self._news_of_silence = asyncio.Event()
         self._nobody_answers = False
@@ -208,7 +208,7 @@ class Line(LineDriver[RorzeExchange, ReplyFrame | Message, ReplyFrame]):
 
     @property
     def last_error_at(self) -> float | None:
-        """When a reply was last missing, garbled or a copy, in the event loop's time.
+        """The time at which a reply was last missing, garbled or a copy, on the event loop's clock.
 
         The silence of those who are known not to answer does not count.
         """
@@ -349,7 +349,7 @@ class Line(LineDriver[RorzeExchange, ReplyFrame | Message, ReplyFrame]):
         expires_at: float | None = None,
         on_written: Callable[[float], None] | None = None,
     ) -> "asyncio.Future[Outcome]":
-        """Queue a command; the future gives what became of it and never raises.
+        """Queue a command; the future gives its outcome and never raises.
 
         What people wait for has to be written within `WRITTEN_WITHIN_S` where `expires_at` says no other
         time. Stops, the questions that a motor waits for and those of the gateway itself are never too late.
@@ -445,7 +445,7 @@ class Line(LineDriver[RorzeExchange, ReplyFrame | Message, ReplyFrame]):
             pause_s = PROBE_S[0] if often else min(2 * pause_s, PROBE_S[1])
 
     async def _probe_each(self) -> bool:
-        """One round of probes, in a small share of the line's time while anybody else answers.
+        """Ask each offline body once, in a small share of the line's time while other bodies answer.
 
         Who was heard last comes first, and a body that falls silent begins the round anew: the others may be
         absent for good. A line that lives again is set up first, and its roll is called.

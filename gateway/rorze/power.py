@@ -52,7 +52,7 @@ NO_SETTINGS: Final = ("UDD", "9VD")
 Acknowledgement = Literal["homing", "set_position", "request"]
 
 _ELSEWHERE: Final = frozenset((*STARTS_PROGRAM, *RENAMING))
-"""After these it may stand, or say that it stands, somewhere else."""
+"""Commands after which it may stand, or say that it stands, at another place."""
 
 
 class ProofTooOld(NotSent):
@@ -240,9 +240,9 @@ class BodyPower(Tracker):
     losses: int = 0
     """Counts the losses of power that were noticed."""
     proved_at: float = -inf
-    """When it was last known to have kept its power."""
+    """Time when it was last known to have kept its power, on the event loop's clock."""
     _was_homed: Homed | None = None
-    """In an earlier life, until its mark has shown that this is still so."""
+    """The state of homing in an earlier life, until the mark has shown that this is still so."""
 
     # over restarts
 
@@ -490,7 +490,7 @@ class Mark:
             raise
 
     async def ensure(self, lane: Lane) -> None:
-        """Write one where there is none, unless the comment holds somebody's own text.
+        """Write one where there is none, unless the comment holds a user's own text.
 
         :raises GatewayError: the body did not tell, or take it.
         """
@@ -529,7 +529,7 @@ class Mark:
         return bool(row.text) and is_mark(row.text)
 
     async def _is_taken(self, lane: Lane) -> bool:
-        """True if the comment is somebody's own; a single garbled reading does not count."""
+        """True if the comment is a user's own; a single garbled reading does not count."""
         try:
             found, _ = await self._read(lane)
             if is_mark(found) or found != (await self._read(lane))[0]:

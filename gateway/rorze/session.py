@@ -30,7 +30,7 @@ GROUP_REPLY_BYTES, MEMBER_REPLY_BYTES = 8, 8
 NONCES = 2048
 """Position entries a fence can ask for. All take their turn, so that no late echo is the next fence's own."""
 SILENT_BODIES = 3
-"""When so many have been fenced in vain and not a byte was heard, nobody on the line is asked any more.
+"""Bodies fenced in vain without a byte heard, after which no body on the line is asked any more.
 
 Two may hang on one fuse.
 """
@@ -244,7 +244,7 @@ class RorzeSession(Session[RorzeExchange, ReplyFrame]):
         return Awaited.BESIDE
 
     def _stop_reply_bytes(self, stop: RorzeExchange) -> int:
-        """How much the wire carries to the gateway because of one stop."""
+        """Bytes that the wire carries to the gateway because of one stop."""
         if stop.target <= LAST_BODY:
             return STOP_REPLY_BYTES
         return GROUP_REPLY_BYTES + MEMBER_REPLY_BYTES * len(self.groups.get(stop.target, ()))
@@ -260,7 +260,7 @@ class RorzeSession(Session[RorzeExchange, ReplyFrame]):
         return bool(self._sent or self.presence.mute)
 
     def may_follow(self, exchange: RorzeExchange) -> bool:
-        """Replies have no numbers: of equal body and code there is one under way.
+        """Keep exchanges of equal body and code apart, for replies have no numbers.
 
         Who may be dead is asked after those who are yet to prove that they stand; its stops go on.
         """
@@ -347,7 +347,7 @@ class RorzeSession(Session[RorzeExchange, ReplyFrame]):
         self._fenced.add(body)
 
     def noise(self, what: str, now: float) -> None:
-        """Something came that nobody can have wanted: whatever is awaited may have been it."""
+        """Garbage came: it may have been the reply that is awaited."""
         self._witness.in_silence = 0
         self._erred(now)
         super().noise(what, now)
@@ -431,7 +431,7 @@ class RorzeSession(Session[RorzeExchange, ReplyFrame]):
         super()._fence_failed()
 
     def has_time(self) -> bool:
-        """On a clean line who has not answered before holds nobody up who is yet to prove that he stands."""
+        """On a clean line give a body that was already silent one fence, so that other stops are proved."""
         body = self._witness.body
         seems_dead = self._witness.was_clean and (body in self.presence.silent or body in self.presence.mute)
         return not (seems_dead and self.others_prove(body))

@@ -44,8 +44,7 @@ from protocols.rorze.status import GetControllerStatus
 from protocols.rorze.stops import StopDecelerating, StopImmediately
 
 QUIET_TIMEOUTS = 2
-"""Where many stops are due, a line is silent on which nobody was heard for so many times as long as a reply
-may take."""
+"""Timeouts of a reply without an answer after which a line is silent, where many stops are due."""
 MORE_THAN_A_FUSE = 12
 """Bodies that fall silent at once and do not hang on one fuse."""
 CHECK_S = 0.5
@@ -55,27 +54,27 @@ PROOF_BYTES, PROOF_EXCHANGES = 140, 6
 
 
 def proofs_s(line: Line, stops: int) -> float:
-    """How long it takes to stop so many bodies and to see them stand."""
+    """Time to stop a number of bodies and to see them stand, in seconds."""
     return stops * taken_s(line, PROOF_BYTES, PROOF_EXCHANGES)
 
 
 def is_silent(line: Line) -> bool:
-    """True if nobody on a line has been heard for longer than it takes to find one body silent."""
+    """True if no body on a line has been heard for longer than it takes to find one silent."""
     return _quiet_timeouts(line) >= QUIET_TIMEOUTS + line.late_reply_s / line.reply_timeout_s
 
 
 def is_heard(line: Line) -> bool:
-    """True if somebody on a line was heard within the time of a reply."""
+    """True if a body on a line was heard within the time of a reply."""
     return _quiet_timeouts(line) <= 1
 
 
 def is_quiet(line: Line) -> bool:
-    """True if nobody on a line was heard for so long that it may be silent."""
+    """True if no body on a line was heard for long enough that the line may be silent."""
     return _quiet_timeouts(line) >= QUIET_TIMEOUTS
 
 
 def _quiet_timeouts(line: Line) -> float:
-    """For how many times as long as a reply may take nobody has been heard."""
+    """Time since the last answer on a line, in timeouts of a reply."""
     now = _now()
     return (now - line.presence.last_heard_at - line.held_since_heard_s(now)) / line.reply_timeout_s
 
@@ -119,7 +118,7 @@ class SilentLines:
         self._events.publish("line.stops.unconfirmed", f"/lines/{line.id}", facts)
 
     def _many_are_due(self, line: Line) -> bool:
-        """True if so many stops are due that their line is the cause, and not a fuse.
+        """True if enough stops are due that their line is the cause, and not a fuse.
 
         Where others live, who are not asked while the silent are fenced, it takes more of them to say so.
         """
@@ -254,7 +253,7 @@ class Stops(StopsUnderWay[tuple[Body, StopMode], "_BodyStop"]):
         return [stop for stop in self._running.values() if stop.body.line is line]
 
     async def close(self) -> None:
-        """Give up repeating: nobody is there any more who could."""
+        """Give up repeating: the gateway ends."""
         await self._silent_lines.close()
         await super().close()
 
@@ -265,7 +264,7 @@ class Stops(StopsUnderWay[tuple[Body, StopMode], "_BodyStop"]):
                 stop.repeat_at_once()
 
     def unconfirmed(self, body: Body) -> StopReport | None:
-        """How far a stop of the body has come that is not confirmed yet."""
+        """The report of a stop of the body that is not confirmed yet."""
         reports = [stop.report for stop in self._tasks if stop.body is body]
         return next((report for report in reports if report.state != "confirmed"), None)
 
@@ -360,7 +359,7 @@ class _BodyStop(Stopping):
         self._end: asyncio.Future[Outcome] | None = None
         """The end of the program."""
         self._answers = True
-        """If not, the body may be dead, and nobody else need wait for it."""
+        """False if the body may be dead: others need not wait for it."""
         self._ramp: asyncio.Task[None] | None = None
         """Asks how long its ramp may take."""
         self._look = _Look(text("stops.motor-has-not-told", body=body.address))
@@ -434,7 +433,7 @@ class _BodyStop(Stopping):
         super().repeat_at_once()
 
     def pause_s(self, took_s: float = 0.0) -> float:
-        """How long to wait: all stops under way share half of the line's time; the rest is for proofs.
+        """Pause until the next repetition: all stops share half of the line's time; the rest is for proofs.
 
         Where silence holds up everybody, the silent bodies share that half.
         """
@@ -509,7 +508,7 @@ class _BodyStop(Stopping):
         return refuted_at is not None and refuted_at >= self.due_s - LAST_LOOK_S
 
     def goes_first(self) -> bool:
-        """True if its body answers, and is asked before those who do not; not for ever, for they may live."""
+        """True if its body answers, and is asked before silent bodies; not for ever, for they may live."""
         answers = self._answers and self.report.state in ("acknowledged", "confirmed")
         return answers and self._in_time(GOES_FIRST)
 
