@@ -17,7 +17,7 @@ from protocols.wording import as_given
 ROWS: Final = Rows("configuration")
 
 
-class CommissioningRequest(RequestModel, json_schema_extra=example(line_id="arm")):
+class CommissioningRequest(RequestModel, json_schema_extra=example(line_id="line1")):
     """The line to commission."""
 
     line_id: str = Field(min_length=1, max_length=32, description="A line of the configuration.")

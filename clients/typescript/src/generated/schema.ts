@@ -8970,7 +8970,7 @@ export interface components {
          * CommissioningRequest
          * @description The line to commission.
          * @example {
-         *       "line_id": "arm"
+         *       "line_id": "line1"
          *     }
          */
         CommissioningRequest: {
