@@ -39,8 +39,8 @@ def test_words_of_rows_are_found_and_are_shown_by_commands_that_put_them_in() ->
     [
         (["stop"], "`decelerate` is command 5SS"),
         (["lease", "take"], "End the leases of others"),
-        (["restore"], "compare once more"),
-        (["trace"], "Only what is about these bodies of the line"),
+        (["restore"], "compare again"),
+        (["trace"], "Only records about these bodies of the line"),
     ],
 )
 def test_help_has_the_words_of_the_row(command: list[str], sentence: str) -> None:
