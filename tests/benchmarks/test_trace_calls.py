@@ -7,7 +7,7 @@ from tests.api.robots.cell import Cell, in_cell
 from tests.api.stand import Stand, on_stand
 
 ABOVE_THE_LINE = 330
-IN_ALL = 940
+IN_ALL = 1060
 FILES = 92
 OF_A_BODY = 405
 OF_A_BODY_ABOVE = 214
