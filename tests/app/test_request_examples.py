@@ -164,7 +164,8 @@ def test_the_demo_does_what_is_shown(example: Shown) -> None:
 def test_a_gateway_with_a_file_does_what_is_shown(tmp_path: Path, example: Shown) -> None:
     file = tmp_path / "gateway.toml"
     file.write_text(
-        'server = { line_networks = ["192.0.2.0/24", "127.0.0.0/8"] }\n[[lines]]\nid = "line1"\naddress = "tcp://127.0.0.1:1"\nbodies = [{ id = "3F" }]\n'
+        'server = { line_networks = ["192.0.2.0/24", "127.0.0.0/8"] }\n'
+        '[[lines]]\nid = "line1"\naddress = "tcp://127.0.0.1:1"\nbodies = [{ id = "3F" }]\n'
     )
 
     async def story() -> None:
