@@ -23,7 +23,7 @@ READERS: Final = 4
 MOST_ALARMS: Final = 2000
 NOT_FOUND: Final = 404
 _ALL: Final = frozenset({"stream.gap", "gateway.crashed", "gateway.reloaded"})
-"""After these nothing of what is known may count."""
+"""Event types after which every document is read again: events were lost, or the gateway began anew."""
 
 
 class Mirror:

@@ -40,7 +40,7 @@ class Host:
     name: str
     """The gateway's name in other systems."""
     gateway: AsyncGateway
-    """With the bridge's own key: it reads."""
+    """Connection for reading, with the bridge's own key."""
     callers: Callers
     """The callers that give commands, each with a key of its own."""
     mirror: Mirror
@@ -50,7 +50,7 @@ class Host:
     figures: Figures
     life: Life
     data: Path
-    """Where the bridge keeps what it has to know over restarts."""
+    """Folder of the files that have to survive a restart of the bridge."""
 
     def status(self) -> dict[str, Any]:
         """Tell how the bridge is, as `/status` does."""

@@ -40,9 +40,9 @@ class Operations:
     def __init__(self, document: Mapping[str, Any]) -> None:
         schemas = document.get("components", {}).get("schemas", {})
         self._by_shape: dict[tuple[str, ...], Operation] = {}
-        """By the parts of a path that have to stand in it; what a parameter stands for is left out."""
+        """Operations by the fixed parts of their paths; the parts that are parameters are left out."""
         self._shapes: dict[int, set[tuple[int, ...]]] = {}
-        """By how many parts there are: which of them have to stand."""
+        """Places of the fixed parts of each known path, by the number of its parts."""
         for path, its in document["paths"].items():
             if "post" in its:
                 parts = path.split("/")

@@ -12,11 +12,11 @@ from bridges.mqtt.broker import STATES_AT_ONCE, Connection
 from bridges.mqtt.topics import STATES, state_of, topic_of, written
 
 EXPIRES_IN_S: Final = int(3 * SWEEP_S)
-"""A state that is not told again for so long is gone from the broker: nobody takes it for one of now."""
+"""Life of a retained state at the broker in seconds: an old one expires unless a sweep publishes it again."""
 STORED_WITHIN_S: Final = 2.0
 """A broker gives what it has stored under a filter by then."""
 QUIET_S: Final = 0.2
-"""It has given all when it has given nothing for so long."""
+"""Silence in seconds after which the broker has sent all that it has stored."""
 
 
 class Retained:

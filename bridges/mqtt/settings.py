@@ -56,7 +56,7 @@ class Mqtt(Table):
     """Everything is below this topic; None: motion/ and the name of the gateway."""
     version: Literal["5", "3.1.1"] = "5"
     client_id: Annotated[str, Field(min_length=1, max_length=128)] | None = None
-    """None: motion-gateway-bridge- and the name of the gateway."""
+    """Client id at the broker; None: motion-gateway-bridge- and the name of the gateway."""
     user: str | None = None
     password_file: SecretFile | None = None
     ca_file: ExistingFile | None = None
@@ -67,12 +67,13 @@ class Mqtt(Table):
     keepalive_s: int = Field(10, ge=2, le=3600)
     """A broker that hears nothing for half as long again tells that the bridge is gone."""
     will_delay_s: int = Field(0, ge=0, le=3600)
-    """The broker waits so long for the bridge to come back before it tells; MQTT 5 alone."""
+    """Delay in seconds before the broker tells that the bridge is gone, time for it to return; only MQTT
+    5."""
     commands: bool = False
     positions: Annotated[tuple[str, ...], PlainValidator(_positions)] = ()
     """Bodies and units whose positions are published live."""
     position_rate: float = Field(1.0, ge=0.1, le=50)
-    """How many times a second at most, each."""
+    """Most position messages a second, for each body or unit."""
 
     sparkplug: Sparkplug | None = None
 
@@ -123,6 +124,6 @@ class MqttFile(BridgeFile):
 
     @property
     def secret_files(self) -> list[Path]:
-        """Every file that nobody else should be able to read."""
+        """Every file that holds a secret: only the bridge's own user should be able to read it."""
         own = (self.mqtt.password_file, self.mqtt.key_file)
         return [*super().secret_files, *(it for it in own if it is not None)]

@@ -47,7 +47,7 @@ _AGES: Final = frozenset({"Position Age", "Last Heard"})
 
 
 class HostGone(Exception):
-    """The primary host is offline: nobody is to be told anything."""
+    """The primary host is offline, so the edge node goes offline too and publishes nothing."""
 
 
 class Node:

@@ -28,13 +28,13 @@ log = logging.getLogger(__name__)
 
 SIDE: Final = "listener"
 FOLDER: Final = "opcua"
-"""In the data directory: the server's certificate, and those of clients."""
+"""Folder in the data directory for the certificates of the server and of its clients."""
 LIVE: Final = ("body.position", "robot.position")
 LOOK_S: Final = 0.5
-"""So often it is looked which positions are monitored, and whether the gateway is there."""
+"""Interval in seconds between checks of the monitored positions and of the connection to the gateway."""
 TRY_AGAIN_S: Final = 5.0
 KEYS_EVERY_S: Final = 15.0
-"""So often it is asked whether the keys of sessions are still good."""
+"""Interval in seconds between checks that the keys of open sessions are still valid."""
 KEY_EVENTS: Final = frozenset({"gateway.key.revoked", "gateway.key.expired"})
 READ_WITHIN_S: Final = 2.0
 """A client that asks for new values gets those that were read by then."""

@@ -38,7 +38,7 @@ MORE: Final = (
 """Fields made from the record: sentences, the whole as JSON, and its place in the gateway's events."""
 ENDS: Final = frozenset(("succeeded", "failed", "stopped", "rejected", "cancelled", "lost", "unknown"))
 SEVERITIES: Final = {"succeeded": 100, "stopped": 300, "cancelled": 300, "rejected": 500}
-"""By the status of a move; all else is a fault."""
+"""Severities of OPC UA events (1 to 1000) by the status of a move; every other status is a fault."""
 FAULT: Final = 700
 ALARM_SEVERITY: Final = 800
 OVER_SEVERITY: Final = 400

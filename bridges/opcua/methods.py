@@ -28,7 +28,7 @@ STATUSES: Final = {
     429: Codes.BadTooManyOperations,
     503: Codes.BadResourceUnavailable,
 }
-"""By the status of the gateway's refusal."""
+"""Status codes of OPC UA by the HTTP status of the gateway's refusal."""
 KINDS: Final = {
     "lease": Codes.BadLocked,
     "body-offline": Codes.BadNoCommunication,
@@ -37,7 +37,7 @@ KINDS: Final = {
     "expired": Codes.BadTimeout,
     "not-found": Codes.BadNotFound,
 }
-"""By the kind of a refusal, where that says more."""
+"""Status codes of OPC UA by the kind of a refusal; they say more than those by the HTTP status."""
 PREFIX: Final = "urn:motion-gateway:problem:"
 _KEY: Final = re.compile("[!-~]{1,150}")
 

@@ -71,13 +71,13 @@ class Plant:
         self._space, self._mirror, self._methods = space, mirror, methods
         self._good_for_s = good_for_s
         self.axes: dict[str, Axis] = {}
-        """By the names of their nodes."""
+        """Axes by the names of their nodes."""
         self._by_path: dict[str, list[Axis]] = {}
         self._shapes: dict[str, tuple[Any, ...]] = {}
         """Names and units from which the nodes of a line or a robot were made."""
         self._states: dict[ua.NodeId, Any] = {}
         self._clock_ahead = timedelta()
-        """How much this machine's clock is ahead of the gateway's."""
+        """Lead of this machine's clock over the gateway's clock."""
         self.is_connected: Callable[[], bool] = lambda: True
         """Tells if the gateway is connected: without it nothing is known."""
 
@@ -434,6 +434,6 @@ class Plant:
         await self._space.write(node, told(ua.Variant(limits, Type.ExtensionObject), datetime.now(UTC)))
 
     async def tell_no_limits(self, axis: Axis) -> None:
-        """Tell that nobody knows an axis's soft limits."""
+        """Write that an axis's soft limits are not known."""
         axis.limits_known = True
         await self._space.write(self._space.id(f"{axis.node}.ActualPosition.EURange"), not_supported())

@@ -21,7 +21,7 @@ class SignInRefused(Exception):
 
 
 class GatewayAway(Exception):
-    """Nobody can say whether a key is good."""
+    """The gateway does not answer, so a key cannot be checked."""
 
 
 @dataclass(eq=False)

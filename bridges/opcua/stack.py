@@ -1,8 +1,8 @@
-"""The library's server, with what a plant needs of it: trust, keys, languages, and calls that do not wait.
+"""The library's server with a plant's additions: trust, keys, languages, and calls that do not wait.
 
-What is mended of asyncua 2.1: a channel is opened for trusted certificates alone, sessions have names that
-nobody guesses, a session that another channel asks for in vain stays its owner's, subscriptions belong to
-who made them, a call that takes long holds up nothing else, and a lost notification is said to be lost.
+It corrects asyncua 2.1: only a trusted certificate opens a channel, session names cannot be guessed, a
+session stays with its owner if another channel asks for it in vain, a subscription belongs to the session
+that made it, a slow call delays no other, and lost notifications are reported as lost.
 """
 
 import asyncio
@@ -60,7 +60,7 @@ def quiet_library() -> None:
 
 
 def forget_sources() -> None:
-    """Let go of the code that has made the standard nodes: 8 MiB that nobody runs again."""
+    """Free the code that made the standard nodes: 8 MiB that never run again."""
     for name in [it for it in sys.modules if it.startswith("asyncua.server.standard_address_space")]:
         del sys.modules[name]
     vars(asyncua.server).pop("standard_address_space", None)
@@ -98,9 +98,9 @@ class Session(InternalSession):
         self.iserver.register_external_session(self)
 
     async def admit(self, params: ua.ActivateSessionParameters) -> None:
-        """Ask the gateway who it is that activates the session.
+        """Ask the gateway for the caller whose name and key activate the session.
 
-        :raises ServiceError: it is nobody.
+        :raises ServiceError: the caller is not known, the key is wrong, or the gateway is away.
         """
         token = params.UserIdentityToken
         if not isinstance(token, ua.UserNameIdentityToken):
@@ -409,12 +409,12 @@ class Where(WhereClauseEvaluator):
 
 
 class Subscriptions(SubscriptionService):
-    """Subscriptions; an event is told to each in its own language, and to those who may see it."""
+    """Subscriptions; an event is told in the language of each session, if its caller may see the event."""
 
     iserver: "PlantServer"
 
     async def trigger_event(self, event: Any, subscription_id: int | None = None) -> None:
-        """Tell an event, and keep a condition that stands for those who ask for a refresh."""
+        """Tell an event, and keep a condition that stands for clients that ask for a refresh."""
         if hasattr(event, "Retain"):
             if event.Retain:
                 self._conditions[event.NodeId] = event
@@ -472,7 +472,7 @@ class PlantServer(InternalServer):
         self._works: set[asyncio.Task[Any]] = set()
 
     def create_session(self, name: str, user: User | None = None, external: bool = False) -> InternalSession:
-        """Make a session that nobody has activated yet."""
+        """Make a session that no client has activated yet."""
         nobody = user or User(role=UserRole.Anonymous)
         return Session(self, self.aspace, self.subscription_service, name, user=nobody, external=external)
 
