@@ -1,4 +1,4 @@
-"""What lets clients in while the gateway runs: the keys, the provider's keys and the certificate."""
+"""The access of clients while the gateway runs: its keys, the provider's keys and the certificate."""
 
 import asyncio
 import logging
@@ -25,7 +25,7 @@ class AccessControl:
     def __init__(self, config: Config, data: Path) -> None:
         """Read the keys and the certificate.
 
-        :raises ConfigError: they cannot be used, or nobody on the network could be let in.
+        :raises ConfigError: they cannot be used, or no client on the network could be let in.
         """
         server = config.server
         self.certificate: Certificate | None = None

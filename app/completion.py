@@ -1,4 +1,4 @@
-"""What the shell completes: the addresses and names that a running gateway has."""
+"""Completion in the shell: the addresses and names that a running gateway has."""
 
 from pathlib import Path
 from typing import Any, Final
@@ -12,7 +12,7 @@ _IDS: Final = {"bodies": "body_id", "groups": "group_id", "scaras": "scara_id", 
 
 
 def addresses(context: typer.Context, begun: str) -> list[str]:
-    """List who can be meant by a word that is begun; nobody where no gateway answers."""
+    """List the addresses and names that complete a word; none where no gateway answers."""
     key_file = context.params.get("key_file")  # while a word is completed, options are text
     try:
         client = Client.at(context.params.get("url") or LOCAL, Path(key_file) if key_file else None)

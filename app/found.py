@@ -1,4 +1,4 @@
-"""What a search has found, as a configuration with comments."""
+"""The results of a search, as a configuration with comments."""
 
 from collections.abc import Iterator, Sequence
 

@@ -37,7 +37,7 @@ class WordedCommand(TyperCommand):
 
 
 def told(operation: str, member: str) -> str:
-    """What the row of an operation says of a member of its request, or of a parameter.
+    """The description of a member of an operation's request, or of a parameter, in its row.
 
     :raises KeyError: it has none of this name.
     :raises ValueError: there is no such operation.

@@ -86,5 +86,5 @@ def _told(alarm: dict[str, Any]) -> str:
 
 
 def _who(alarm: dict[str, Any]) -> str:
-    """What it is about, as people call it: `line1.3F` for `/bodies/line1.3F`."""
+    """The subject of an alarm, as people call it: `line1.3F` for `/bodies/line1.3F`."""
     return str(alarm["subject"]).rpartition("/")[2]

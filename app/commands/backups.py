@@ -179,7 +179,7 @@ def _sum_up(plan: dict[str, Any]) -> None:
 def _followed(
     client: Client, record: dict[str, Any], records: str, words: Callable[[dict[str, Any]], str], lost: int
 ) -> dict[str, Any]:
-    """Wait for the end of what is long; where nobody knows it, `lost` is the exit code."""
+    """Wait for the end of a backup or a restore; `lost` is the exit code if its end is not seen."""
     with ProgressLine() as progress:
         while record["status"] == "running":
             progress.say(words(record))

@@ -85,7 +85,7 @@ def _levels(allow: Sequence[str]) -> frozenset[Any]:
 
 
 def _require_questions(levels: frozenset[Any]) -> None:
-    """Refuse to do beside a gateway what only somebody at the machine, with the port alone, may do."""
+    """Refuse trials beyond questions beside a running gateway: they need a person, and the port alone."""
     if levels:
         raise Misuse(
             "--allow needs --config FILE: end the gateway, or take the line out of its file, and "
@@ -141,7 +141,7 @@ def _terms(
 
 
 async def _confirm(what: str) -> bool:
-    """Ask at the terminal; no where nobody is there. A thread that reads would outlast Ctrl-C."""
+    """Ask at the terminal; without a terminal the answer is no. A thread that reads would outlast Ctrl-C."""
     if not sys.stdin.isatty():
         return False
     import asyncio
@@ -220,7 +220,7 @@ def _tell(found: "Report") -> None:
 
 
 def _changes(found: "Report", report: Path | None) -> dict[str, Any]:
-    """What the file should say otherwise, where the report lies included."""
+    """The settings that the file should have instead, with the place of the report."""
     return found.changes() | ({} if report is None else {"commissioned": str(report.absolute())})
 
 

@@ -50,7 +50,7 @@ def check(file: Annotated[Path, typer.Argument(help="The configuration file (TOM
 
 
 def _is_of_plant(file: Path) -> bool:
-    """Whether a file is that of a plant process: it has servers, and no lines and no name."""
+    """True if a file is that of a plant process: it has servers, and no lines and no name."""
     import tomllib
 
     try:
@@ -185,12 +185,12 @@ def _agreed_ports(*, yes: bool) -> list[str]:
 
 
 def _is_asked() -> bool:
-    """Whether somebody is there who can answer."""
+    """True if a person at a terminal can answer questions."""
     return sys.stdin.isatty()
 
 
 async def _search(ports: list[list[str]], found: list["Found"], *, thorough: bool) -> bool:
-    """Whether the search came to its end; Ctrl-C cancels it."""
+    """Search the ports; False if Ctrl-C cut the search short."""
     from gateway.search import search
 
     doing: dict[str, str] = {}

@@ -27,7 +27,7 @@ _ENDS: Final = {
     "lost": "The gateway has stopped it, since no heartbeat came in time. It stands still.",
     "stopped": "Somebody else, or the end of the gateway, has stopped it. It stands still.",
 }
-"""What is to be said of a jog that its holder has not ended."""
+"""Sentences for the ends of a jog that its holder has not ended, by the jog's status."""
 
 
 def jog(

@@ -16,7 +16,7 @@ from app.exits import Failure
 from app.targets import find
 
 SHORTEST_S: Final = 0.04
-"""From answers closer to each other no speed is worked out: each is some milliseconds old."""
+"""Least seconds between two answers for a speed between them: each answer is some milliseconds old."""
 
 
 @plot.command()
@@ -140,9 +140,9 @@ def _over(planned: Sequence[Point], measured: Sequence[Point]) -> Iterator[Plott
 
 
 def _path_of(client: Client, move_id: str, target: str | None) -> str:
-    """Where the move is served.
+    """Find the path at which a move is served.
 
-    :raises Failure: nobody has such a move, or the gateway did not tell.
+    :raises Failure: no target has such a move, or the gateway did not tell.
     """
     name = quote(move_id, safe="")
     if target is not None:

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from protocols.rorze.user_program.assembler import Assembled, ProgramFault
 
 LAST_ADDRESS = 6038
-"""As in `protocols.rorze.programs`, which takes long to load."""
+"""Highest address of a user program, as in `protocols.rorze.programs`, which takes long to load."""
 CHECK_S = 10
 """While an upload runs, its progress is printed at least this often."""
 DOWNLOAD_S = 600

@@ -12,7 +12,7 @@ from app.targets import find, numbered
 from gateway.core.spelling import spelled
 
 StopMode = Literal["decelerate", "immediate"]
-"""As in `gateway.core.stops`, which takes long to load: no stop waits for that."""
+"""Modes of a stop, as in `gateway.core.stops`, which takes long to load: no stop waits for that."""
 Stopped = dict[str, Any] | Failure
 
 

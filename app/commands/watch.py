@@ -21,7 +21,7 @@ SHOWN = (
     *("status", "state", "command", "position", "end_cause", "reason", "detail", "seconds"),
     *("pulses", "value", "sensor", "number", "name", "on", "text"),
 )
-"""What of an event's data stands in its line."""
+"""Members of an event's data that are shown in its line."""
 
 
 def status(url: Url = LOCAL, key_file: KeyFile = None, as_json: Json = False) -> None:
