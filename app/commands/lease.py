@@ -18,7 +18,7 @@ lease = typer.Typer(
 )
 
 LONGEST_S: Final = 30.0
-"""As in `gateway.core.leases`."""
+"""Longest time in seconds that a lease lasts without renewal, as in `gateway.core.leases`."""
 RENEWALS: Final = 3
 """The renewals in the time in which one has to come."""
 
@@ -90,7 +90,7 @@ def release(
     url: Url = LOCAL,
     key_file: KeyFile = None,
 ) -> None:
-    """Give a lease back; an admin ends that of anybody. What moves goes on to its end."""
+    """Give a lease back; an admin ends any client's lease. Moves under way go on to their end."""
     client = Client.at(url, key_file)
     for it in _leases_of(client, word):
         client.request("DELETE", f"/leases/{it['lease']}")
