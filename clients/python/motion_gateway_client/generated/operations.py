@@ -989,9 +989,9 @@ class Operations(Protocol):
         return answer
 
     def readyz(self) -> Readiness:
-        """Say whether all lines are open and set up, somebody answers on each, and the journal can be written.
+        """Say whether all lines are open and set up, a device answers on each, and the journal can be written.
 
-        A journal in trouble is no 503: nobody else could carry out the stops and reads that go on.
+        A journal in trouble is no 503: no other gateway could carry out the stops and reads that go on.
         """
         answer: Readiness = self.call("GET", filled("/readyz"))
         return answer

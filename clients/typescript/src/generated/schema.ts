@@ -1251,9 +1251,9 @@ export interface paths {
         };
         /**
          * Readyz
-         * @description Say whether all lines are open and set up, somebody answers on each, and the journal can be written.
+         * @description Say whether all lines are open and set up, a device answers on each, and the journal can be written.
          *
-         *     A journal in trouble is no 503: nobody else could carry out the stops and reads that go on.
+         *     A journal in trouble is no 503: no other gateway could carry out the stops and reads that go on.
          */
         get: operations["readyz"];
         put?: never;
