@@ -55,7 +55,9 @@ class Host:
     def status(self) -> dict[str, Any]:
         """Tell how the bridge is, as `/status` does."""
         lines = {
-            it["line_id"]: it["state"] for path, it in self.mirror.documents.items() if "/lines/" in path
+            document["line_id"]: document["state"]
+            for path, document in self.mirror.documents.items()
+            if "/lines/" in path
         }
         return {
             "state": "online" if self.state.online else "offline",

@@ -133,5 +133,5 @@ class BridgeFile(Table):
     @property
     def secret_files(self) -> list[Path]:
         """Every file that holds a secret: only the bridge's own user should be able to read it."""
-        files = (self.gateway.key_file, *(it.key_file for it in self.callers.values()))
-        return [it for it in files if it is not None]
+        files = (self.gateway.key_file, *(caller.key_file for caller in self.callers.values()))
+        return [file for file in files if file is not None]

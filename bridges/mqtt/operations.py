@@ -80,14 +80,14 @@ def _operation(path: str, told: Mapping[str, Any], schemas: Mapping[str, Any]) -
         stops=right == STOP,
         changes=right not in READS and right != STOP,
         moves=told.get("x-effect") == MOTION or path.endswith(RAW),
-        takes_within=any(WITHIN in it.get("properties", {}) for it in _requests(told, schemas)),
+        takes_within=any(WITHIN in request.get("properties", {}) for request in _requests(told, schemas)),
     )
 
 
 def _requests(told: Mapping[str, Any], schemas: Mapping[str, Any]) -> Iterator[Mapping[str, Any]]:
     """Give all shapes that a request can have."""
     content = told.get("requestBody", {}).get("content", {})
-    waiting = [it.get("schema", {}) for it in content.values()]
+    waiting = [media.get("schema", {}) for media in content.values()]
     while waiting:
         schema = waiting.pop()
         if "$ref" in schema:

@@ -101,7 +101,7 @@ class Outbox:
                 group.create_task(self._send(letter, send))
 
     def _drop_refused(self) -> None:
-        for letter in [it for it in self._letters if it.tries >= self._most_tries]:
+        for letter in [letter for letter in self._letters if letter.tries >= self._most_tries]:
             log.warning("no broker takes a message for %s: it is left out", letter.topic)
             self._letters.remove(letter)
 

@@ -86,11 +86,11 @@ def read(message: Message, root: str) -> Request:
 def _place(rest: str) -> tuple[str, str, dict[str, str]]:
     who, _, asked = rest.partition("/")
     path, _, query = asked.partition("?")
-    segments = [unquote(it) for it in path.split("/")]
+    segments = [unquote(part) for part in path.split("/")]
     if not all(map(_SEGMENT.fullmatch, segments)):
         return who, "", {}
     # Quoted anew: `/%6Doves` would be another operation here than at the gateway.
-    quoted = "".join(f"/{quote(it, safe=_PLAIN_IN_PATHS)}" for it in segments)
+    quoted = "".join(f"/{quote(segment, safe=_PLAIN_IN_PATHS)}" for segment in segments)
     its_query = dict(parse_qsl(query[:LONGEST_PATH], keep_blank_values=True))
     return who, quoted if len(quoted) <= LONGEST_PATH else "", its_query
 

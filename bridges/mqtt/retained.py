@@ -73,7 +73,7 @@ class Retained:
 
 def filters(root: str) -> list[str]:
     """Give the filters of all that is retained below a root."""
-    return [f"{root}/{it}" for it in STATES]
+    return [f"{root}/{state}" for state in STATES]
 
 
 async def clear_stale(
@@ -81,8 +81,8 @@ async def clear_stale(
 ) -> None:
     """Take back what an earlier life has left at the broker of things that are there no more."""
     ours = retained.topics()
-    for it in filters(root):
-        await listener.subscribe(it, qos=0)
+    for topic_filter in filters(root):
+        await listener.subscribe(topic_filter, qos=0)
     stale: list[str] = []
     try:
         async with asyncio.timeout(STORED_WITHIN_S) as patience:

@@ -19,7 +19,9 @@ def _check_broker(text: str) -> str:
 def check_topic(text: str) -> str:
     """Refuse what is no beginning of a topic."""
     segments = text.split("/")
-    if not text or any(not it or it != it.strip() or set(it) & set("+#\0") for it in segments):
+    if not text or any(
+        not segment or segment != segment.strip() or set(segment) & set("+#\0") for segment in segments
+    ):
         raise ValueError(
             f"must be a topic such as acme/fab2/stocker1, without +, # and empty parts, not {text!r}"
         )
@@ -29,7 +31,7 @@ def check_topic(text: str) -> str:
 
 
 def _positions(value: Any) -> tuple[str, ...]:
-    if not isinstance(value, list) or not all(isinstance(it, str) and it for it in value):
+    if not isinstance(value, list) or not all(isinstance(address, str) and address for address in value):
         raise ValueError('must be an array of addresses such as ["line1.3F", "r1/units/1"]')
     return tuple(value)
 
@@ -126,4 +128,4 @@ class MqttFile(BridgeFile):
     def secret_files(self) -> list[Path]:
         """Every file that holds a secret: only the bridge's own user should be able to read it."""
         own = (self.mqtt.password_file, self.mqtt.key_file)
-        return [*super().secret_files, *(it for it in own if it is not None)]
+        return [*super().secret_files, *(file for file in own if file is not None)]

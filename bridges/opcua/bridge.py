@@ -204,7 +204,9 @@ class Bridge:
     async def _read_limits(self) -> None:
         """Ask each axis once for its soft limits, slowly: they change seldom."""
         while True:
-            for axis in [it for it in self._plant.axes.values() if it.is_online and not it.limits_known]:
+            for axis in [
+                axis for axis in self._plant.axes.values() if axis.is_online and not axis.limits_known
+            ]:
                 try:
                     await self._read_limits_of(axis)
                 except GatewayError as error:
@@ -226,10 +228,12 @@ class Bridge:
         if not wanted:
             return
         axes = [
-            it for it in self._plant.axes.values() if self._space.id(f"{it.node}.ActualPosition") in wanted
+            axis
+            for axis in self._plant.axes.values()
+            if self._space.id(f"{axis.node}.ActualPosition") in wanted
         ]
         newest_s = max(max_age_s, NEWEST_S)
-        left = iter({it.path for it in axes if it.is_online and self._plant.age_s(it) > newest_s})
+        left = iter({axis.path for axis in axes if axis.is_online and self._plant.age_s(axis) > newest_s})
 
         async def read_next() -> None:
             for path in left:

@@ -99,7 +99,7 @@ def _usage() -> x509.KeyUsage:
 
 def _own_names() -> list[x509.GeneralName]:
     names = dict.fromkeys((socket.gethostname(), socket.getfqdn(), "localhost"))
-    return [*(x509.DNSName(it) for it in names), x509.IPAddress(ip_address("127.0.0.1"))]
+    return [*(x509.DNSName(name) for name in names), x509.IPAddress(ip_address("127.0.0.1"))]
 
 
 def _uris(certificate: x509.Certificate) -> list[str]:
@@ -132,7 +132,9 @@ class Trusted:
             raise Untrusted("it is no certificate") from None
         if not certificate.not_valid_before_utc <= datetime.now(UTC) <= certificate.not_valid_after_utc:
             raise Untrusted("it is not good today")
-        if not any(certificate == it or _signed(it, certificate) for it in self._certificates()):
+        if not any(
+            certificate == trusted or _signed(trusted, certificate) for trusted in self._certificates()
+        ):
             raise Untrusted(self._reject(certificate))
 
     def _certificates(self) -> Iterator[x509.Certificate]:

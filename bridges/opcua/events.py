@@ -75,10 +75,10 @@ class _Speaking:
 
     def to_event_fields(self, select_clauses: list[ua.SimpleAttributeOperand]) -> list[ua.Variant]:
         """Give the fields that a client wants, as variants; what there is not is null."""
-        return [self._field(it) for it in select_clauses]
+        return [self._field(clause) for clause in select_clauses]
 
     def _field(self, clause: ua.SimpleAttributeOperand) -> ua.Variant:
-        path = [it.Name for it in clause.BrowsePath or ()]
+        path = [name.Name for name in clause.BrowsePath or ()]
         name = "/".join(path) if path else ua.AttributeIds(clause.AttributeId).name
         value = getattr(self, name, None)
         if isinstance(value, _Spoken):
@@ -259,4 +259,4 @@ def _sentence(alarm: Document, language: str, *, over: bool) -> str:
     texts = alarm[language]
     if over and alarm.get("when_over"):
         texts = alarm["when_over"][language]
-    return " ".join(it for it in (texts["happened"], texts["motor"], texts["remedy"]) if it)
+    return " ".join(sentence for sentence in (texts["happened"], texts["motor"], texts["remedy"]) if sentence)

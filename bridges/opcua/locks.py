@@ -154,8 +154,8 @@ class Locks:
             await self._tell(leases)
 
     async def _tell(self, leases: list[dict[str, Any]]) -> None:
-        standing = {address: it for it in leases for address in (*it["covers"], it["scope"])}
-        self._ids = {address: it["lease"] for address, it in standing.items()}
+        standing = {address: lease for lease in leases for address in (*lease["covers"], lease["scope"])}
+        self._ids = {address: lease["lease"] for address, lease in standing.items()}
         for scope, name in self._names.items():
             lease = standing.get(scope)
             values: tuple[Any, ...] = (False, "", "", 0.0)

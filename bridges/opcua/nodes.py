@@ -259,12 +259,12 @@ class Space:
             return
         values = [
             ua.Argument(
-                Name=it.name,
-                DataType=ua.NodeId(it.type.value),
+                Name=argument.name,
+                DataType=ua.NodeId(argument.type.value),
                 ValueRank=ua.ValueRank.Scalar,
-                Description=ua.LocalizedText(it.told),
+                Description=ua.LocalizedText(argument.told),
             )
-            for it in arguments
+            for argument in arguments
         ]
         self._signatures[key] = self.variable(
             method,

@@ -61,7 +61,9 @@ def quiet_library() -> None:
 
 def forget_sources() -> None:
     """Free the code that made the standard nodes: 8 MiB that never run again."""
-    for name in [it for it in sys.modules if it.startswith("asyncua.server.standard_address_space")]:
+    for name in [
+        module for module in sys.modules if module.startswith("asyncua.server.standard_address_space")
+    ]:
         del sys.modules[name]
     vars(asyncua.server).pop("standard_address_space", None)
 
@@ -150,12 +152,14 @@ class Session(InternalSession):
 
     async def read(self, params: ua.ReadParameters) -> list[ua.DataValue]:
         """Read what the guest may see, anew where it asks for newer values than there are."""
-        nodes = [it.NodeId for it in params.NodesToRead if it.AttributeId == ua.AttributeIds.Value]
-        await self.iserver.refresh([it for it in nodes if self._sees(it)], params.MaxAge / 1e3)
+        nodes = [
+            wanted.NodeId for wanted in params.NodesToRead if wanted.AttributeId == ua.AttributeIds.Value
+        ]
+        await self.iserver.refresh([node for node in nodes if self._sees(node)], params.MaxAge / 1e3)
         values = await super().read(params)
         return [
-            value if self._sees(it.NodeId) else _refused_value()
-            for it, value in zip(params.NodesToRead, values, strict=True)
+            value if self._sees(wanted.NodeId) else _refused_value()
+            for wanted, value in zip(params.NodesToRead, values, strict=True)
         ]
 
     async def write(self, params: ua.WriteParameters) -> list[ua.StatusCode]:
@@ -166,7 +170,7 @@ class Session(InternalSession):
         """List what the guest may see."""
         results = await super().browse(params)
         for result in results:
-            result.References = [it for it in result.References if self._sees(it.NodeId)]
+            result.References = [reference for reference in result.References if self._sees(reference.NodeId)]
         return results
 
     async def call(self, params: list[ua.CallMethodRequest]) -> list[ua.CallMethodResult]:
@@ -187,10 +191,10 @@ class Session(InternalSession):
     ) -> list[ua.MonitoredItemCreateResult]:
         """Monitor what the guest may see."""
         self._own(params.SubscriptionId)
-        hidden = [not self._sees(it.ItemToMonitor.NodeId) for it in params.ItemsToCreate]
+        hidden = [not self._sees(item.ItemToMonitor.NodeId) for item in params.ItemsToCreate]
         if any(hidden):
             params.ItemsToCreate = [
-                it for it, is_hidden in zip(params.ItemsToCreate, hidden, strict=True) if not is_hidden
+                item for item, is_hidden in zip(params.ItemsToCreate, hidden, strict=True) if not is_hidden
             ]
         made = iter(await super().create_monitored_items(params))
         self.iserver.judge_fully(params.SubscriptionId)
@@ -398,9 +402,9 @@ class Where(WhereClauseEvaluator):
         found = [type_]
         while (node := self._aspace.get(found[-1])) is not None:
             above = [
-                it.NodeId
-                for it in node.references
-                if not it.IsForward and it.ReferenceTypeId == ua.NodeId(ua.ObjectIds.HasSubtype)
+                reference.NodeId
+                for reference in node.references
+                if not reference.IsForward and reference.ReferenceTypeId == ua.NodeId(ua.ObjectIds.HasSubtype)
             ]
             if not above or above[0] in found:
                 break
@@ -479,12 +483,12 @@ class PlantServer(InternalServer):
     @property
     def sessions(self) -> list[Session]:
         """All that have a guest."""
-        found = [it for it in self._external_sessions.values() if isinstance(it, Session)]
-        return [it for it in found if it.guest is not None and it.is_activated()]
+        found = [session for session in self._external_sessions.values() if isinstance(session, Session)]
+        return [session for session in found if session.guest is not None and session.is_activated()]
 
     def guest_of(self, session_id: ua.NodeId) -> Guest | None:
         """Give the guest of a session."""
-        return next((it.guest for it in self.sessions if it.session_id == session_id), None)
+        return next((session.guest for session in self.sessions if session.session_id == session_id), None)
 
     def judge_fully(self, number: int) -> None:
         """Have the events of a subscription judged by `Where`."""
@@ -508,7 +512,7 @@ class PlantServer(InternalServer):
         await super().setup_condition_methods()
 
         async def refresh(_parent: ua.NodeId, *given: ua.Variant) -> ua.StatusCode:
-            return await self.subscription_service.refresh(*(it.Value for it in given))
+            return await self.subscription_service.refresh(*(value.Value for value in given))
 
         for method in (
             ua.ObjectIds.ConditionType_ConditionRefresh,
