@@ -105,7 +105,7 @@ class AccessControl:
     def _tell_changes(self, keys: Sequence[KeyInfo]) -> None:
         """At the first look what has ended before is no news."""
         before = self._states
-        self._states = {it.begins: (it.ends_soon, it.state) for it in keys}
+        self._states = {key.begins: (key.ends_soon, key.state) for key in keys}
         for key in keys:
             soon, state = (before or {}).get(key.begins, (False, key.state))
             if key.ends_soon and not soon:

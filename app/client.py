@@ -146,13 +146,13 @@ class Client:
         self, moves: list[dict[str, Any]], wait_s: float, progress: ProgressLine
     ) -> list[dict[str, Any]]:
         while (wait_s := wait_s - STEP_S) > 0:
-            running = [it for it in moves if it["status"] not in OVER]
+            running = [move for move in moves if move["status"] not in OVER]
             if not running:
                 break
-            progress.say("; ".join(f"{it['body_id']} {it['status']}" for it in running))
+            progress.say("; ".join(f"{move['body_id']} {move['status']}" for move in running))
             first = self._look(running[0], min(wait_s, STEP_S))
-            others = {it["id"]: self._look(it, 0) for it in running[1:]}
-            moves = [others.get(it["id"], first if it is running[0] else it) for it in moves]
+            others = {move["id"]: self._look(move, 0) for move in running[1:]}
+            moves = [others.get(move["id"], first if move is running[0] else move) for move in moves]
         return moves
 
     def _look(self, move: dict[str, Any], wait_s: float) -> dict[str, Any]:
@@ -240,7 +240,7 @@ def exit_of_stop(stop: dict[str, Any]) -> int:
     """The exit code of a stop: done is standstill that every controller reports."""
     if stop["confirmed"]:
         return exits.DONE
-    unsent = all(it["state"] == "not_sent" for it in (*stop["bodies"], *stop["robots"]))
+    unsent = all(report["state"] == "not_sent" for report in (*stop["bodies"], *stop["robots"]))
     return exits.NOT_SENT if unsent else exits.UNKNOWN
 
 

@@ -19,13 +19,13 @@ def addresses(context: typer.Context, begun: str) -> list[str]:
         listed = {kind: client.made(kind) for kind in _IDS}
     except Failure:
         return []
-    words = [word for kind, items in listed.items() for it in items for word in _words(it, _IDS[kind])]
+    words = [word for kind, items in listed.items() for item in items for word in _words(item, _IDS[kind])]
     return [word for word in words if word.startswith(begun)]
 
 
-def _words(it: dict[str, Any], id_key: str) -> list[str]:
+def _words(item: dict[str, Any], id_key: str) -> list[str]:
     """The address, that of each unit, and the name; a shell would take a name with a blank for two words."""
-    address: str = it[id_key]
-    units = [f"{address}/units/{unit['number']}" for unit in it.get("units", ())]
-    name = it["name"]
+    address: str = item[id_key]
+    units = [f"{address}/units/{unit['number']}" for unit in item.get("units", ())]
+    name = item["name"]
     return [address, *units, *([name] if name and not any(map(str.isspace, name)) else [])]

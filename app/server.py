@@ -387,7 +387,7 @@ class _Server(uvicorn.Server):
     def _has_websockets(self) -> bool:
         from api.front.websocket_protocol import WebSocketProtocol
 
-        return any(isinstance(it, WebSocketProtocol) for it in self.server_state.connections)
+        return any(isinstance(connection, WebSocketProtocol) for connection in self.server_state.connections)
 
     async def end_requests(self, serving: "asyncio.Task[None]") -> None:
         """Take no more requests, and let those that are under way end."""

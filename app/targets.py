@@ -72,19 +72,21 @@ def find(client: Client, word: str) -> NamedTarget:
         return NamedTarget("scaras", word.lower())
     found = [_robot(robot, number) for robot in robots if robot["name"] == name]
     if number is None:
-        found += [NamedTarget("scaras", it["scara_id"]) for it in scaras if it["name"] == name]
+        found += [NamedTarget("scaras", scara["scara_id"]) for scara in scaras if scara["name"] == name]
         found += _named(client, "bodies", "body_id", name) + _named(client, "groups", "group_id", name)
     if len(found) == 1:
         return found[0]
     if found:
-        raise Misuse(f"{word!r} is the name of {' and '.join(it.address for it in found)}: say the address")
+        raise Misuse(
+            f"{word!r} is the name of {' and '.join(target.address for target in found)}: say the address"
+        )
     raise Misuse(f"There is nothing called {word!r}; `motion-gateway status` lists what there is")
 
 
 def _robot(robot: dict[str, Any], unit: int | None) -> NamedTarget:
-    return NamedTarget("robots", robot["robot_id"], unit, tuple(it["number"] for it in robot["units"]))
+    return NamedTarget("robots", robot["robot_id"], unit, tuple(unit["number"] for unit in robot["units"]))
 
 
 def _named(client: Client, kind: Kind, id_key: str, name: str) -> list[NamedTarget]:
     listed = client.request("GET", f"/{kind}")[kind]
-    return [NamedTarget(kind, it[id_key]) for it in listed if it["name"] == name]
+    return [NamedTarget(kind, item[id_key]) for item in listed if item["name"] == name]

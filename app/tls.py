@@ -82,7 +82,7 @@ class Certificate:
             found = [file.stat() for file in self._files]
         except OSError:
             return None
-        return [(it.st_mtime_ns, it.st_ino, it.st_size) for it in found]
+        return [(status.st_mtime_ns, status.st_ino, status.st_size) for status in found]
 
 
 def _first_certificate(pem: str) -> str:

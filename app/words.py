@@ -30,10 +30,10 @@ class WordedCommand(TyperCommand):
         return super().shell_complete(ctx, incomplete)
 
     def _put_words_in(self) -> None:
-        for it in self.params:
-            text = getattr(it, "help", None)
+        for param in self.params:
+            text = getattr(param, "help", None)
             if text is not None and text.startswith(_FROM_ROW):
-                it.help = told(*text.removeprefix(_FROM_ROW).split("."))  # type: ignore[attr-defined]  # it has one
+                param.help = told(*text.removeprefix(_FROM_ROW).split("."))  # type: ignore[attr-defined]  # it has one
 
 
 def told(operation: str, member: str) -> str:
@@ -44,8 +44,10 @@ def told(operation: str, member: str) -> str:
     """
     from gateway.door import operations
 
-    [row] = (it for it in operations() if it.name == operation)
+    [row] = (candidate for candidate in operations() if candidate.name == operation)
     if row.request is not None and member in row.request.model_fields:
         return str(row.request.model_fields[member].description)
-    [field] = (it for it in row.parameters[member].annotation.__metadata__ if it.description)
+    [field] = (
+        field_info for field_info in row.parameters[member].annotation.__metadata__ if field_info.description
+    )
     return str(field.description)

@@ -123,7 +123,7 @@ def _read(file: Path) -> "tuple[str, Assembled]":
         raise Failure(f"{file} is not UTF-8 text.", exits.USAGE) from None
     assembled = assemble(source)
     if not isinstance(assembled, Assembled):
-        raise Failure("\n".join(_printed(file, it) for it in assembled), exits.REFUSED)
+        raise Failure("\n".join(_printed(file, fault) for fault in assembled), exits.REFUSED)
     return source, assembled
 
 
