@@ -64,9 +64,9 @@ class RobotJogs(Jogs[JogSession, None]):
         self._stop_robot = stop_robot
         """Called when an axis does not stop."""
         self._unsettled: list[_Session] = []
-        """From before a start is sent until the axis is seen to stand still, or the robot is stopped."""
+        """Jogs, from before the start is sent until the axis stands still or the robot is stopped."""
         self._places: dict[tuple[int, str], Places] = {}
-        """Where motors stood when it was last looked whether an axis of a unit stands still."""
+        """Places of motors at the last look whether an axis of a unit stands still."""
 
     async def start(self, unit: int, axis: str, direction: Literal["+", "-"]) -> JogSession:
         """Start to jog an axis (C-HOST manual 2-2).
@@ -243,7 +243,7 @@ class RobotJogs(Jogs[JogSession, None]):
         return False
 
     def _patience_s(self, *, tells: bool) -> float:
-        """How long an axis may take to stand still; one that `tells` that it moves may be on its ramp."""
+        """Seconds for an axis to stand still; one that `tells` that it moves may be on its ramp."""
         ramp_s = self._known.motion.ramps.longest_s if tells else None
         return STILL_WITHIN_S if ramp_s is None else max(STILL_WITHIN_S, ramp_s + AFTER_RAMP_S)
 

@@ -114,7 +114,7 @@ class FicsLine(LineDriver[FicsExchange, ReplyFrame, ReplyFrame]):
 
     @property
     def stops(self) -> int:
-        """How many stops there have been."""
+        """The number of stops so far."""
         return self.gate.stops(ROBOT)
 
     @property
@@ -124,11 +124,11 @@ class FicsLine(LineDriver[FicsExchange, ReplyFrame, ReplyFrame]):
 
     @property
     def unheard(self) -> int:
-        """How often something was said that may have been refused without a word."""
+        """The number of commands so far that may have been refused without an answer."""
         return self._session.unheard
 
     def waiting(self) -> dict[str, int]:
-        """How many wait in each lane: for the robot to be free, or for the line."""
+        """Requests that wait in each lane: for the robot to be free, or for the line."""
         return {
             lane.name.lower(): self.sequence_lock.waiting(lane) + self._session.waiting(lane) for lane in Lane
         }

@@ -87,7 +87,7 @@ class FicsSession(Session[FicsExchange, ReplyFrame]):
         self._answers_until: dict[str, float] = {}
         """The time until which an answer without a number may come to an earlier question, by name."""
         self._now = -inf
-        """When a frame was last written."""
+        """Time at which a frame was last written."""
         self._asked_for: deque[int] = deque(maxlen=VARIABLES // 2)
         self.gate.add(self._not_proved)
 
@@ -98,7 +98,7 @@ class FicsSession(Session[FicsExchange, ReplyFrame]):
 
     @property
     def unheard(self) -> int:
-        """How often something was said that may have been refused without a word."""
+        """The number of commands so far that may have been refused without an answer."""
         return self.doubts + self._said_silently
 
     # what goes next

@@ -83,13 +83,13 @@ class Contents:
     """The content of a body, or of a backup of it."""
 
     places: dict[Section, dict[str, Command]] = field(default_factory=dict)
-    """By section and by place, the commands that set it."""
+    """Commands that set each place, by section and by place."""
     program: Assembled | tuple[str, ...] | None = None
-    """None where it is not among the sections."""
+    """The user program; None where it is not among the sections."""
     unread: list[str] = field(default_factory=list)
     """The places that the body has refused to tell, and why."""
     scale: Scale | None = None
-    """In which its pulses were those of lengths or angles; None where nothing tells."""
+    """Scale of the pulses of lengths and angles at the time of the backup; None where nothing tells."""
 
     @property
     def sections(self) -> list[Section]:
@@ -281,7 +281,7 @@ class BodySource:
 
 
 def answers_of(contents: Contents) -> int:
-    """How many answers it takes at most to read the sections of contents."""
+    """Count the answers that reading the sections takes at most."""
     places = sum(len(PLACES_OF[name]) for name in contents.sections if name != "program")
     return places + len(contents.instructions)
 
@@ -497,9 +497,9 @@ def _program_differences(
 def commands(
     wanted: Contents, held: Contents, may_be_unset: Callable[[Command], bool] = lambda _: False
 ) -> list[Command]:
-    """The commands that make a body hold what a backup has; what was never set cannot be unset.
+    """The commands that make a body hold a backup; a place that was never set cannot be unset.
 
-    Those are among them whose place reads so already, but `may_be_unset`.
+    A place that reads equal already is left out, unless its command `may_be_unset`.
     """
     made: list[Command] = []
     for name in wanted.places:
@@ -566,7 +566,7 @@ IN_PULSES: Final[Mapping[Row, tuple[str, ...]]] = {
 }
 """The fields that grow with the pulses a unit is. Percent, times and counts of tries do not."""
 FARTHEST: Final = BILLION - 1
-"""As a bound it says that there is none; as a place it is one."""
+"""Bound that means none; as a place it is one."""
 
 
 def for_body(wanted: Contents, body: Body, units: Units | None) -> tuple[Contents, ScaleDifference | None]:
@@ -623,9 +623,9 @@ def _converted(wanted: Contents, factor: Fraction) -> Contents:
 
 
 def _scaled(command: Command, factor: Fraction) -> Command:
-    """Scale a length or speed: to the nearest whole number of pulses, or of hundredths where there are such.
+    """Scale a length or speed: to the nearest whole number of pulses, or of hundredths where it has decimals.
 
-    :raises InvalidRequest: the controller does not take so much, or so little.
+    :raises InvalidRequest: the controller does not take a value that large or that small.
     """
     fields = IN_PULSES.get(type(command), ())
     place = isinstance(command, SetPositionEntry)

@@ -62,7 +62,7 @@ class BackupPlace:
     row: Row
     """The command that sets it."""
     at: Mapping[str, object]
-    """Which of its kind it is, in the fields of the command."""
+    """Fields of the command that select the place among its kind."""
 
     @property
     def question(self) -> Command:

@@ -96,7 +96,7 @@ class Guards:
         return None
 
     def _without_a_move(self, exchange: RorzeExchange) -> GatewayError | None:
-        """Whatever way it came here: a motion that nobody would follow to its end is not begun."""
+        """Refuse a motion without a record of its move, on any path: it would not be followed to its end."""
         command = exchange.command
         if not command.starts_motion():
             return None

@@ -137,7 +137,7 @@ def _outdated(why: str) -> PreparationOutdated:
 
 
 SET_UP_AGAIN_S = 60.0
-"""Where ends of moves are not announced, the link master is told to do so no more often than this."""
+"""Least seconds between requests to the link master to announce ends of moves, where it does not."""
 WATCHED_S = 2.0
 """A body that is watched is asked alone this often."""
 
@@ -432,7 +432,7 @@ class _MoveRun:
     answered: Beginning = field(default_factory=lambda: asyncio.get_running_loop().create_future())
 
     def answer(self, results: _Results) -> None:
-        """Answer the caller: an error if a single body did not take the command, or it was sent to nobody."""
+        """Answer the caller: an error if a single body did not take the command, or if no body got it."""
         errors = [
             it for it in results.values() if isinstance(it, GatewayError) and not isinstance(it, NoReply)
         ]

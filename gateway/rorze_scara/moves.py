@@ -63,7 +63,7 @@ WATCH_S: Final = 0.1
 """The pause between two questions to all controllers of a robot that moves."""
 
 ATTEMPTS: Final = 3
-"""A preparation without a reply is made anew, so often in all."""
+"""Tries in all of a preparation that gets no reply."""
 
 T = TypeVar("T")
 
@@ -239,7 +239,7 @@ class ScaraMoves(MoveRuns[_Run, ScaraMove]):
     async def _begin(
         self, run: _Run, request: ScaraMoveRequest, start_within_s: float, answered: Beginning
     ) -> None:
-        """Prepare and start it, and say why where that was not done: nobody may be waiting for it."""
+        """Prepare and start the move; on failure its record says why, for the caller may be gone."""
         scara = run.scara
         OF_MOVES.set([run.move.id])
         try:
@@ -367,7 +367,7 @@ class ScaraMoves(MoveRuns[_Run, ScaraMove]):
     # the end
 
     def _lose(self, who: _Run, _why: str, /) -> None:
-        """Nobody sees to it that its axes end together: what may move is stopped."""
+        """Stop the axes that may move, since their ends can no longer be coordinated."""
         if who.moves:
             self._keep(self._stops.stop(who.scara.members, who.scara.on_fault))
 
