@@ -66,7 +66,7 @@ class RobotLineInfo(PortInfo):
     protocol: Literal["fics"]
     robot_id: str
     mode: Annotated[int, Field(description="The robot's communication mode, 3 or 2 (C-HOST manual 1-1-1).")]
-    online: Annotated[bool, Field(description="Whether the robot can be asked now, as far as is known.")]
+    online: Annotated[bool, Field(description="True if the robot can be asked now, as far as is known.")]
 
 
 class Fics(Robots):

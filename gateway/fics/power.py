@@ -49,11 +49,11 @@ class OriginSign(IntEnum):
 
     PLACES = 0
     NO_PLACES = 1
-    """None of its motors knows its place."""
+    """No motor knows its place."""
     NOTHING_HIDES_THEM = 2
     """Nor does anything go on that would hide it."""
     LOST = 3
-    """None knows it even so."""
+    """No motor knows its place even so."""
 
 
 class Origins:
@@ -116,7 +116,7 @@ class RobotMemory(BaseModel):
     """The facts about a robot that a gateway remembers over restarts."""
 
     mode: int
-    """In which it was left: a robot that is in the mode of power-on afterwards has lost its power."""
+    """Mode that the robot was left in: if it is in the mode of power-on afterwards, it has lost its power."""
     cycled: bool
     certain: bool
     due: set[int]
@@ -131,7 +131,7 @@ class LineFacts(Protocol):
 
     @property
     def unheard(self) -> int:
-        """How often something was said that may have been refused without a word."""
+        """The number of commands so far that may have been refused without an answer."""
 
     def was_set_up(self) -> None:
         """The gateway has left the robot in its mode before."""

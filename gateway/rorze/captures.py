@@ -64,7 +64,7 @@ class CapturePulse(RequestModel):
     """A pulse that the edge sets off. Arming gives the output the opposite state."""
 
     output: int = Field(ge=0, le=7, description="General output, 0-7.")
-    on: bool = Field(description="Its state during the pulse.")
+    on: bool = Field(description="State of the output during the pulse.")
     duration_ms: int = Field(ge=1, le=30_000)
 
 
@@ -92,7 +92,9 @@ class CaptureRequest(SentBack, json_schema_extra=example(edge="rising", position
         None, max_length=len(KINDS), description="The three numbers as GET gives them, in their place."
     )
     pulse: CapturePulse | None = None
-    between: Section | None = Field(None, description="Left out, the edge counts everywhere.")
+    between: Section | None = Field(
+        None, description="Numbers of the three entries as GET gives them, each in its place."
+    )
 
     def entries(self) -> dict[Kind, int]:
         """The numbers that take values, by what they take."""
@@ -128,7 +130,7 @@ class CaptureTarget(NamedTuple):
     kind: Kind
     number: int
     value: int | None
-    """None: no edge has come since it was armed."""
+    """Value at the edge; None: no edge has come since it was armed."""
 
 
 class Capture(NamedTuple):
@@ -305,18 +307,20 @@ class CapturedValue(BaseModel):
     kind: Literal["position", "encoder", "encoder_in_pulses"]
     number: int = Field(description="Position number.")
     pulses: int | None = Field(
-        description="Null until an edge comes; where another host has armed the input, 0. Encoder counts for "
-        "`encoder`, and in encoder mode for `position`."
+        description=(
+            "Value in pulses; null until an edge comes; where another host has armed the input, 0. Encoder "
+            "counts for `encoder`, and in encoder mode for `position`."
+        )
     )
-    value: float | None = Field(description="The same in `unit`; null without a scale, and for `encoder`.")
+    value: float | None = Field(description="Value in `unit`; null without a scale, and for `encoder`.")
     unit: str | None
 
 
 class CaptureBounds(BaseModel):
     """The stretch of positions in which an edge counts."""
 
-    lower: int = Field(description="In pulses; encoder counts in encoder mode.")
-    upper: int = Field(description="As `lower`.")
+    lower: int = Field(description="Lower bound in pulses; encoder counts in encoder mode.")
+    upper: int = Field(description="Upper bound, counted as `lower`.")
 
 
 class CaptureState(BaseModel):
@@ -324,13 +328,17 @@ class CaptureState(BaseModel):
 
     body_id: str
     input: int
-    name: str | None = Field(description="From the configuration.")
-    edge: Edge = Field(description="What it waits for; off: it is not armed, or not any more.")
+    name: str | None = Field(description="Name of the input in the configuration.")
+    edge: Edge = Field(description="Edge that it waits for; off: it is not armed, or not any more.")
     armed: bool
-    captured: bool | None = Field(description="Null where no entry takes a value.")
+    captured: bool | None = Field(
+        description="True if an edge has set the values; null where no entry takes a value."
+    )
     recorded: list[CapturedValue]
     pulse: CapturePulse | None
-    between: CaptureBounds | None = Field(description="Null: everywhere.")
+    between: CaptureBounds | None = Field(
+        description="Positions between which an edge counts; null: everywhere."
+    )
 
 
 class CaptureList(BaseModel):

@@ -95,7 +95,7 @@ GroupId = Annotated[
     ),
 ]
 UNATTENDED: Final = ("continuous", "jog")
-"""Moves that must not go on when the gateway ends, or has ended: nobody else would stop them."""
+"""Moves that must not go on when the gateway ends, or has ended: nothing else would stop them."""
 BODY = TargetKind("/bodies/{body_id}", Move, listed=True)
 LINE = TargetKind("/lines/{line_id}", tag="line commands", listed=True)
 GROUP = TargetKind(
@@ -107,12 +107,10 @@ class LineInfo(PortInfo):
     """A line: one port with an RC-400 and the bodies behind it."""
 
     protocol: Literal["rorze"]
-    controllers: Annotated[str, Field(description="What the link master answered to XID.")]
+    controllers: Annotated[str, Field(description="Answer of the link master to XID.")]
     stop_mode: Annotated[
         Literal["interject", "after_reply"],
-        Field(
-            description="Whether a stop goes out at the next frame boundary, or after the reply under way."
-        ),
+        Field(description="Moment of a stop: at the next frame boundary, or after the reply under way."),
     ]
     strict: Annotated[
         bool,
@@ -127,7 +125,7 @@ class LineInfo(PortInfo):
 
 
 class Listener(Protocol):
-    """An extension made of several bodies, which hears of them before anybody waits for their moves."""
+    """An extension made of several bodies, which hears of them before any caller waits for their moves."""
 
     def advanced(self, body: Body, move: Move) -> None:
         """A move has changed its status."""
@@ -160,7 +158,7 @@ class Rorze(Family):
     event_types = TYPES
     controllers = "RORZE RC-420 motion controllers behind RC-400 link masters"
     told_when_up: ClassVar = {
-        "controllers": (str | None, Field(None, description="What an RC-400 answered to XID."))
+        "controllers": (str | None, Field(None, description="Answer of an RC-400 to XID."))
     }
     told_of_ports = "an RC-400 with which bodies"
     told_of_stops = "`decelerate` is command 5SS, `immediate` is 5IS (RC-420 manual 14)"
@@ -391,7 +389,7 @@ class Rorze(Family):
         return [Part(line_id, line_id)] if line_id in self.lines else []
 
     def parts_in_scope(self, name: str) -> Sequence[Part]:
-        """The members that the configuration gives a group: one defined anew gives nobody more."""
+        """The members that the configuration gives a group: defining it anew gives no caller more."""
         fitting = [members for address, members in self._groups.configured.items() if fits(name, address)]
         if len(fitting) == 1:
             return [_part_of(member) for member in fitting[0]]
@@ -650,11 +648,11 @@ class Rorze(Family):
         return [self.stops.stop(bodies, "decelerate")] if bodies else []
 
     def _must_end(self, body: Body, *, everything: bool) -> bool:
-        """True if it is to be stopped; where nobody can tell, too."""
+        """True if the body is to be stopped at the end of the gateway, also where that cannot be told."""
         return bool(everything and body.moving) or self._never_ends(body)
 
     def _never_ends(self, body: Body) -> bool:
-        """True if its last move must not go on unattended, and nobody has seen its end."""
+        """True if its last move must not go on unattended, and its end was not seen."""
         move = next(iter(self.moves.log.of(body.address, 1)), None)
         if move is None or move.kind not in UNATTENDED or move.sent_at is None:
             return False

@@ -17,10 +17,10 @@ from protocols.rorze.programs import LARGEST_COUNT, GetProgramMemory, SetProgram
 
 ROWS: Final = Rows("programs")
 MOST: Final = 200
-"""As many as the largest bank has."""
+"""Size of the largest bank."""
 MemoryName = Annotated[str, Field(description="D0-D199, C0-C29 or T0-T29.", examples=["D0"])]
 First = Annotated[str, Field(description="D0-D199, C0-C29 or T0-T29.", max_length=8)]
-Count = Annotated[int, Field(ge=1, le=MOST, description="How many of the same bank.")]
+Count = Annotated[int, Field(ge=1, le=MOST, description="Number of memories of the same bank.")]
 LAST_PLACES = {"D": 199, "C": 29, "T": 29}
 
 _NAME = re.compile("([DCT])(0|[1-9][0-9]{0,2})")
@@ -46,7 +46,9 @@ Value = Annotated[
 ]
 
 
-AS_IT_IS: Final[Any] = Field(description="Null, as GET gives it, leaves what is no number as it is.")
+AS_IT_IS: Final[Any] = Field(
+    description="A value that is null, as GET gives it, leaves a memory without a number as it is."
+)
 
 
 class MemoryChange(SentBack, json_schema_extra=example(value=12)):

@@ -31,7 +31,7 @@ POINTS: Final = range(16)
 """The speed changes that a pattern may have (SES)."""
 NOT_READABLE: Final = "not readable"
 _UNREADABLE: Final = {f"0x{code:02X}": NOT_READABLE for code in (*range(0x40, 0x49), 0x65)}
-"""Its speed sets are not complete, or the changes do not suit them."""
+"""Refusals of a pattern whose speed sets are not complete, or whose changes do not suit them."""
 
 
 AnySet = Annotated[int, Field(ge=0, le=STANDARD)]
@@ -139,7 +139,9 @@ class SpeedChangeInfo(BaseModel):
     begin: int = Field(description="Pulses after the start at which it begins.")
     end: int = Field(description="Pulses after the start at which it is done.")
     speed_pps: int
-    begin_in_unit: Scaled | None = Field(description="In the body's unit; null without a scale.")
+    begin_in_unit: Scaled | None = Field(
+        description="Begin of the change in the body's unit; null without a scale."
+    )
     end_in_unit: Scaled | None
     speed: Scaled | None
 
@@ -158,26 +160,28 @@ class Pattern(BaseModel):
     number: int = Field(
         description="0-29, or 30: the standard one, which is made of set 30 and has no changes."
     )
-    acceleration_set: int | None = Field(description="Null where the pattern was never set.")
+    acceleration_set: int | None = Field(
+        description="Number of the speed set for acceleration; null where the pattern was never set."
+    )
     deceleration_set: int | None
     changes: list[SpeedChangeInfo] | None = Field(
         description="Kept in RAM only; null where the body cannot work them out: its speed sets are not "
         "complete, or the changes do not suit them."
     )
-    flash: PatternSets | None = Field(description="What flash memory holds; null where that is not known.")
+    flash: PatternSets | None = Field(description="Sets in flash memory; null where that is not known.")
 
 
 class ChangedPattern(Pattern):
     """A pattern as it was read back after a change."""
 
-    steps: list[ChangeStep] = Field(description="What the change took, in order.")
+    steps: list[ChangeStep] = Field(description="Steps of the change, in order.")
 
 
 class PatternList(BaseModel):
     """Acceleration patterns of a body."""
 
     body_id: str
-    patterns: list[Pattern] = Field(description="In the order of their numbers.")
+    patterns: list[Pattern] = Field(description="Patterns in the order of their numbers.")
 
 
 def _point_item(number: int, point: int) -> Item:

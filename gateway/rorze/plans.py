@@ -151,7 +151,7 @@ async def standard_of(body: Body) -> SpeedParameters:
 async def limited(target: Body | Group, wish: Wish) -> AsyncIterator[int]:
     """Write a speed, and keep others from writing another one until the move has started; gives its pattern.
 
-    :raises InvalidRequest: as of the wish, or somebody uses the pattern; nothing was changed.
+    :raises InvalidRequest: as of the wish, or a move uses the pattern; nothing was changed.
     :raises BodyBusy: a body moves, or the group is being defined anew; nothing was sent.
     :raises StoppedFirst: a stop came meanwhile; the move must not start.
     :raises GatewayError: it was not written.
@@ -224,7 +224,7 @@ def _in_use(body: Body, number: int) -> InvalidRequest:
 SPEED_CHANGES = 16
 """Points a pattern may have (SES)."""
 _SLOW = MoveClockwiseSlowly, MoveCounterclockwiseSlowly, MoveToSlowly
-"""They run at the start speed (RC-420 manual 13.2)."""
+"""Moves that run at the start speed (RC-420 manual 13.2)."""
 
 
 class PlannedMove(Record):
@@ -232,12 +232,16 @@ class PlannedMove(Record):
 
     body_id: str
     frame: str = Field(description="The exact bytes that would be sent, CR as \\r.")
-    counted_in: CountedIn | None = Field(description="What the target's position is counted in.")
+    counted_in: CountedIn | None = Field(description="Unit of the target's position.")
     distance: int | None = Field(
         description="Pulses it would emit; null where only the motion itself can tell."
     )
-    target_position: int | None = Field(description="In `counted_in`, where it can be known beforehand.")
-    duration_s: float | None = Field(description="How long pulses would run, with the settings of now.")
+    target_position: int | None = Field(
+        description="Target in `counted_in`, where it can be known beforehand."
+    )
+    duration_s: float | None = Field(
+        description="Seconds for which pulses would run, with the present settings."
+    )
     note: str | None = Field(None, description="Why something is not known, or would be refused.")
 
 
@@ -426,7 +430,7 @@ async def trajectory_of(
 
 
 async def pulses_per_count(body: Body) -> float:
-    """How many pulses are put out for one of what the operating mode counts: encoder mode counts its steps.
+    """The pulses that are put out for one unit of the operating mode, which may be an encoder count.
 
     :raises GatewayError: it was not read.
     """

@@ -35,7 +35,7 @@ class WantedPosition(NamedTuple):
 
     number: int
     pulses: int | None
-    """None: where the motor stands."""
+    """Pulses to store; None: where the motor stands."""
 
 
 class NamedPosition(Record):
@@ -44,7 +44,7 @@ class NamedPosition(Record):
     number: int
     name: str | None
     pulses: int = Field(description="Encoder counts in encoder mode.")
-    value: float | None = Field(description="The same in `unit`; null without a scale.")
+    value: float | None = Field(description="Position in `unit`; null without a scale.")
     unit: str | None
 
 
@@ -139,7 +139,8 @@ async def store(
 ) -> list[TablePosition]:
     """Store positions (3PS), read them back, and write the whole table to flash memory (FPS) if asked.
 
-    What differs is sent again: no checksum tells a garbled digit. `answered` is called for each answer.
+    An entry that reads otherwise is sent again: no checksum tells a garbled digit. `answered` is called for
+    each answer.
 
     :raises InvalidRequest: a number comes twice, or does not exist; nothing was sent.
     :raises BodyBusy: it moves, and is to store where it stands; nothing was sent.
@@ -225,9 +226,10 @@ class TableUpload(Reading):
     """Positions that are being stored in a body, or were: all are sent, then all are read back."""
 
     count: int = Field(description="The number of positions it has.")
-    flash: bool = Field(description="Whether the whole table is to be written to flash memory, too (FPS).")
+    flash: bool = Field(description="True if the whole table is to be written to flash memory, too (FPS).")
     positions: list[NamedPosition] | None = Field(
-        None, description="As read back, once it has succeeded. Events leave them out: ask for the record."
+        None,
+        description="Positions as read back, once all are stored. Events leave them out: ask for the record.",
     )
 
 

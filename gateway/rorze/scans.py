@@ -28,7 +28,7 @@ class FoundBody(Record):
     """A body that answered."""
 
     body_id: str
-    configured: bool = Field(description="Whether the configuration knows it.")
+    configured: bool = Field(description="True if the body is in the configuration.")
 
 
 class Scan(Record):

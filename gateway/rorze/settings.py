@@ -45,22 +45,25 @@ class AboutSetting(BaseModel):
     unit: str | None = Field(description="pulse, pps, pps/s, percent, ms, um, pulse/count; null for none.")
     minimum: float | None
     maximum: float | None
-    default: JsonValue = Field(description="What it is when nothing was written to flash memory.")
+    default: JsonValue = Field(description="Value when nothing was written to flash memory.")
 
 
 class BodySettings(BaseModel):
     """The settings of a body."""
 
     body_id: str
-    version: str = Field(description="Of the control software (9VD).")
-    settings: Settings = Field(description="In RAM: those in force.")
+    version: str = Field(description="Version of the control software (9VD).")
+    settings: Settings = Field(description="Settings in RAM: those in force.")
     in_unit: dict[str, Scaled] = Field(
-        description="Those in pulses, in the body's unit, by their names; empty without a scale."
+        description="Settings in pulses, in the body's unit, by their names; empty without a scale."
     )
     unavailable: dict[str, str] = Field(description="Settings that cannot be read now, and why.")
     flash: Settings | None = Field(
-        description="In flash memory, as far as is known; null where the gateway has seen neither the power "
-        "come on nor FIS. Position index and outputs change without a command, so they are never told."
+        description=(
+            "Settings in flash memory, as far as is known; null where the gateway has seen neither the "
+            "power come on nor FIS. Position index and outputs change without a command, so they are never "
+            "told."
+        )
     )
     about: dict[str, AboutSetting] = Field(description="Units, ranges, and values of the factory, by name.")
 
@@ -69,8 +72,8 @@ class ChangedSettings(BaseModel):
     """Settings after a change, as they were read back."""
 
     body_id: str
-    settings: Settings = Field(description="Those that were named; the others are left out.")
-    steps: list[ChangeStep] = Field(description="What the change took, in order.")
+    settings: Settings = Field(description="Settings that were named; the others are left out.")
+    steps: list[ChangeStep] = Field(description="Steps of the change, in order.")
 
 
 async def read_settings(body: AskedBody) -> BodySettings:
@@ -325,11 +328,11 @@ Filters = dict[FilteredInput | Sensor, Annotated[int, Field(ge=1, le=99)]]
 
 
 class NoiseFilters(BaseModel):
-    """How long the level of an input or a sensor has to be another before it counts as changed."""
+    """The time for which an input or a sensor has to hold a new level before it counts as changed."""
 
     body_id: str
     noise_filters: Filters = Field(
-        description="By input or sensor: equal samples, one each ms, that make a change of level."
+        description="Equal samples, one each ms, that make a change of level, by input or sensor."
     )
 
 
@@ -338,7 +341,7 @@ class NoiseFiltersChange(SentBack, json_schema_extra=example(noise_filters={"d3"
 
     read_only = frozenset(("body_id",))
 
-    noise_filters: Filters = Field(min_length=1, description="By input or sensor; in samples.")
+    noise_filters: Filters = Field(min_length=1, description="Samples by input or sensor.")
 
 
 async def read_filters(body: AskedBody) -> NoiseFilters:
@@ -376,9 +379,9 @@ class Homing(BaseModel):
     """How a body searches its origin."""
 
     body_id: str
-    settings: HomingSettings = Field(description="In RAM; the speeds are those of the standard set.")
+    settings: HomingSettings = Field(description="Settings in RAM; the speeds are those of the standard set.")
     in_unit: dict[str, Scaled] = Field(
-        description="Those in pulses, in the body's unit, by their names; empty without a scale."
+        description="Settings in pulses, in the body's unit, by their names; empty without a scale."
     )
     overrun: int = Field(description="Pulses to overrun the sensor: the offset times the factor.")
     last: LastHoming

@@ -46,8 +46,8 @@ Edge = Literal["off", "falling", "rising"]
 class Stretch(RequestModel):
     """Positions from the lower to the upper, in pulses."""
 
-    lower: Pulses = Field(description="In pulses, below `upper`.")
-    upper: Pulses = Field(description="In pulses.")
+    lower: Pulses = Field(description="Lower position in pulses, below `upper`.")
+    upper: Pulses = Field(description="Upper position in pulses.")
 
 
 class ErrorOutputSetting(RequestModel):
@@ -204,8 +204,8 @@ class EncoderChange(SentBack, EncoderSettings, json_schema_extra=example(encoder
 class BodySettingsChange(SentBack, Settings, json_schema_extra=example(origin_offset=20, homing_retries=1)):
     """Settings to change; the others stay as they are.
 
-    Null ends soft limits, error outputs, and what interrupts are heeded for, record and pulse. Of all others
-    it says that they are not set, or cannot be read, which has to be so.
+    Null ends soft limits, error outputs, and what interrupts are heeded for, record and pulse. For every
+    other setting null says that it is not set, or cannot be read, which has to be so.
     """
 
     read_only = frozenset(("body_id", "version", "in_unit", "unavailable", "flash", "about"))
@@ -216,7 +216,7 @@ class BodySettingsChange(SentBack, Settings, json_schema_extra=example(origin_of
 
 Unit = Literal["pulse", "pps", "pps/s", "percent", "ms", "um", "pulse/count"]
 Key = str | None
-"""Which of several a setting is, such as an input; None of a single one."""
+"""Part of a setting that exists several times, such as an input; None of a single one."""
 FARTHEST: Final = BILLION - 1
 CONTACTS: Final = ("normally_open", "normally_closed")
 
@@ -438,4 +438,4 @@ SETTINGS: Final[Mapping[str, BodySetting]] = {
     for part in (_of_axis, _of_encoder, _of_terminals, _of_robot, _of_programs)
     for setting in part()
 }
-"""By the names of the document, in the order in which they are read and set."""
+"""Settings by the names of the document, in the order in which they are read and set."""

@@ -170,13 +170,13 @@ PROGRAM_GOES_ON: Final = text("stops.program-goes-on")
 
 
 class StopReport(BilingualReport):
-    """How far the stop of one body has come."""
+    """The state of the stop of one body, and its evidence."""
 
     body_id: str
     state: StopState = Field(
         "requested", description="Only confirmed means that the controller itself reports standstill."
     )
-    position: int | None = Field(None, description="In pulses, at standstill.")
+    position: int | None = Field(None, description="Position in pulses, at standstill.")
     detail: str | None = Field(None, description="Why it is not confirmed.")
     request_id: str | None = request_id_field("the request that asked for it first")
 
@@ -513,7 +513,7 @@ class _BodyStop(Stopping):
         return answers and self._in_time(GOES_FIRST)
 
     def _in_time(self, times: int = 1) -> bool:
-        """True if it began no longer ago than the wire needs for the proofs of all, or so many times that."""
+        """True if it began no longer ago than the wire needs for the proofs of all, or `times` that time."""
         line = self.body.line
         needed_s = self.due_s + line.reply_timeout_s + proofs_s(line, self._most)
         return self.waited_s < times * needed_s

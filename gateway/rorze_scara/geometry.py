@@ -27,7 +27,7 @@ from protocols.rorze.row import RorzeCommand
 from protocols.rorze.scara import TURN, FingerPlace, Mechanics
 
 ROUNDING: Final = 1.0
-"""By how many micrometres, or thousandths of a degree, a controller may round beyond its pulses."""
+"""Rounding of a controller beyond its pulses, in micrometres or thousandths of a degree."""
 TYPES: Final[dict[int, RobotType]] = {2: "two_axes_belt_linked", 3: "three_axes"}
 WHOLE_TURN_MDEG: Final = 360_000
 OUT_OF_REACH: Final = "0x63"

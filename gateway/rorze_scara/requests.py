@@ -92,7 +92,7 @@ class ViaPoint(
     x: Distance | None = None
     y: Distance | None = None
     radius: Distance | None = Field(
-        None, description="Of the arc that rounds the corner; left out, 0. The last point has none."
+        None, description="Radius of the arc that rounds the corner; left out, 0. The last point has none."
     )
     place: Literal["center"] | None = Field(
         None, description="`center`: the third joint is over the origin of coordinates."
@@ -132,11 +132,11 @@ class Course(NamedTuple):
 
     turned: tuple[int, ...]
     path: WayPath | None = None
-    """None where each axis turns alone."""
+    """The path of the finger; None where each axis turns alone."""
 
     @property
     def length_um(self) -> float | None:
-        """How long the path is in micrometres; None without one."""
+        """The length of the path in micrometres; None without one."""
         return None if self.path is None else self.path.length
 
     @property
@@ -213,8 +213,10 @@ class ScaraPathRequest(_ScaraMoveRequest, json_schema_extra=example(kind="path",
         None,
         min_length=1,
         max_length=MOST_POINTS,
-        description="In the place of `path`: through these, to the last. They are put into the path that the "
-        "gateway keeps for its lines.",
+        description=(
+            "Points instead of `path`: the finger goes through these, to the last. They are put into the "
+            "path that the gateway keeps for its lines."
+        ),
     )
 
     @model_validator(mode="after")
@@ -307,8 +309,8 @@ class ScaraRotateRequest(
     """Turn the finger to a direction about a point on its line, the arm following (three axes)."""
 
     kind: Literal["rotate"]
-    radius: Distance = Field(description="From the third joint to the centre of the turn.")
-    angle: Angle = Field(description="Between finger and X axis at the end.")
+    radius: Distance = Field(description="Distance from the third joint to the centre of the turn.")
+    angle: Angle = Field(description="Angle between finger and X axis at the end.")
 
     def manoeuvre(self, _: MoveStart) -> Manoeuvre:
         """HRS."""
@@ -327,7 +329,7 @@ class ScaraFingerRequest(
     """Turn the finger alone to a direction, at a speed in pulses per second (three axes)."""
 
     kind: Literal["finger"]
-    angle: Angle = Field(description="Between finger and X axis at the end.")
+    angle: Angle = Field(description="Angle between finger and X axis at the end.")
 
     def manoeuvre(self, _: MoveStart) -> Manoeuvre:
         """HFM."""

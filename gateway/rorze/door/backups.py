@@ -44,7 +44,7 @@ from protocols.rorze.user_program.assembler import Assembled
 
 ROWS: Final = Rows("backups")
 TEXTS: Final = Rows("backups")
-"""As text alone, read while the request waits."""
+"""Rows of backups as text alone, read while the request waits."""
 SMALL = "[body 3F]\n[settings]\n0SS10 ; origin offset, pulses\n"
 Bodies = Annotated[str | None, Field(description="These only, joined by commas: 00,3F. Left out: all.")]
 
@@ -175,9 +175,11 @@ class OfBodies(ComparisonRequest):
     without: list[Section] | None = Field(None, description=WITHOUT)
     units: Units | None = Field(
         None,
-        description="For a backup made at another scale (`[scale]`), which is refused else. keep_pulses: the "
-        "same pulses, which are other lengths; convert: the same lengths, speeds and accelerations, to the "
-        "nearest pulse.",
+        description=(
+            "Conversion of a backup made at another scale (`[scale]`), which is refused else. keep_pulses: "
+            "the same pulses, which are other lengths; convert: the same lengths, speeds and accelerations, "
+            "to the nearest pulse."
+        ),
     )
 
 

@@ -22,7 +22,7 @@ ROWS: Final = Rows("groups")
 class GroupInfo(BaseModel):
     """A group and its members."""
 
-    group_id: str = Field(description="Its unique address, such as arm.80.")
+    group_id: str = Field(description="Unique address, such as arm.80.")
     line_id: str
     name: str
     members: list[str] = Field(description="Addresses of the bodies, in the order of their replies.")

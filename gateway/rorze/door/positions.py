@@ -31,7 +31,7 @@ from gateway.rorze.units import Length
 
 ROWS: Final = Rows("positions")
 TABLES: Final = Rows("positions")
-"""As CSV."""
+"""Rows of the table as CSV."""
 HEADER: Final = ("number", "pulse")
 MAX_CSV_BYTES: Final = 65_536
 """A whole table of 2048 positions of ten digits."""
@@ -51,11 +51,15 @@ class PositionToStore(SentBack):
     read_only = frozenset(("value", "unit"))
 
     number: PositionNumber
-    position: Length | None = Field(default=None, description="Left out, where the motor stands.")
+    position: Length | None = Field(
+        default=None, description="Position to store; left out, where the motor stands."
+    )
     pulses: Annotated[int, Field(gt=-1_000_000_000, lt=1_000_000_000)] | None = Field(
         default=None, description="Instead of `position`: as GET gives it, encoder counts in encoder mode."
     )
-    name: Name | None = Field(default=None, description="Left out or null, it keeps the name it has.")
+    name: Name | None = Field(
+        default=None, description="Name of the position; left out or null, it keeps the name it has."
+    )
 
     @model_validator(mode="after")
     def _one_place(self) -> Self:
@@ -84,7 +88,7 @@ class PositionsToStore(
 class PositionName(RequestModel, json_schema_extra=example(name="unload")):
     """A name for a position."""
 
-    name: Name | None = Field(description="Null takes the name away.")
+    name: Name | None = Field(description="Name of the position; null takes the name away.")
 
 
 class PositionLabel(BaseModel):
@@ -101,8 +105,10 @@ class BodyPositions(BaseModel):
     body_id: str
     positions: list[NamedPosition]
     flash: dict[int, int] = Field(
-        description="What flash memory holds of these, by number, as `pulses`: what counts at power-on. "
-        "Only what is known: the gateway has to have seen that the table was saved (FPS) or loaded (FPD)."
+        description=(
+            "Positions in flash memory, by number, as `pulses`: those that count at power-on. Only known "
+            "ones: the gateway has to have seen that the table was saved (FPS) or loaded (FPD)."
+        )
     )
 
 
@@ -169,9 +175,9 @@ async def store_body_positions(
 async def upload_body_position_table(
     plant: Plant, body: Body, upload: PositionsToStore, *, wait: Wait = None
 ) -> TableUpload:
-    """Begin to store positions as `PUT .../positions` does; the record at `Location` tells how far it is.
+    """Begin to store positions as `PUT .../positions` does; the record at `Location` tells the progress.
 
-    What takes long does so without holding a request: all 2048 positions take four minutes at 9600 baud.
+    The request is not held meanwhile: all 2048 positions take four minutes at 9600 baud.
     """
     wanted, names = _of(body, upload)
     await _require_unchanged(plant, body, upload)
