@@ -61,7 +61,7 @@ class UnitAxes:
 
     def motors_behind(self, axis: str) -> list[str]:
         """The motors that move an axis: all that are no user axes, where it is converted."""
-        return [it for it in self.motor_axes if it not in self.axes] if self.converted(axis) else [axis]
+        return [axis for axis in self.motor_axes if axis not in self.axes] if self.converted(axis) else [axis]
 
     def coordinates_of(self, command: FicsCommand[Any]) -> Coordinates:
         """The coordinates of a motion command; a step has those of its axis."""

@@ -80,13 +80,13 @@ class UnitTable(Table):
 
     def _user_systems(self) -> dict[str, AxisSystem]:
         if self.system is None:
-            return {it: AxisSystem.DEGREE if it == THETA else AxisSystem.MILLIMETRE for it in self.axes}
+            return {axis: AxisSystem.DEGREE if axis == THETA else AxisSystem.MILLIMETRE for axis in self.axes}
         return _each(self.axes, self.system)
 
     def _motor_systems(self) -> dict[str, AxisSystem]:
         if self.motor_system is None:
             users = self._user_systems()
-            return {it: users.get(it, AxisSystem.DEGREE) for it in self.motor_axes}
+            return {axis: users.get(axis, AxisSystem.DEGREE) for axis in self.motor_axes}
         return _each(self.motor_axes, self.motor_system)
 
 

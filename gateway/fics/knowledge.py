@@ -74,7 +74,7 @@ class SelectedUnit:
 
     def unseen(self) -> list[int]:
         """The units that the robot was not seen to have: only a selection tells."""
-        return [] if self.is_alone else [it for it in self._units if it not in self._seen]
+        return [] if self.is_alone else [number for number in self._units if number not in self._seen]
 
     def _is_known(self, number: int) -> bool:
         return self.number == number or self.is_alone

@@ -313,7 +313,7 @@ class FicsLine(LineDriver[FicsExchange, ReplyFrame, ReplyFrame]):
 
     def withdraw(self, exchange: FicsExchange, reason: GatewayError) -> None:
         """Take back an exchange that is not written yet; one that is stays as it is."""
-        self.cancel(lambda it: it is exchange, reason)
+        self.cancel(lambda queued: queued is exchange, reason)
 
     def may_be_silent(self, query: FicsCommand[Any]) -> bool:
         """True if silence may be the refusal of a query."""
@@ -327,7 +327,7 @@ class FicsLine(LineDriver[FicsExchange, ReplyFrame, ReplyFrame]):
 
     def sending(self, commands: Callable[[], Iterable[FicsCommand[Any]]]) -> AbstractContextManager[None]:
         """Wait for the disk once, whatever of these is sent here and now."""
-        return self.undertaking(lambda: [self.exchange(it, Lane.COMMAND) for it in commands()])
+        return self.undertaking(lambda: [self.exchange(command, Lane.COMMAND) for command in commands()])
 
     def begin_proof(self, *commands: FicsCommand[Any]) -> Proof:
         """Begin to prove what a motion depends on.

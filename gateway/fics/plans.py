@@ -193,7 +193,7 @@ async def _foresee(plan: PlannedRobotMove, unit: RobotUnit, command: FicsCommand
     await unit.require_places(places_it_needs(unit, command, start, target), command)
     end = end_of(unit, command, start, target) or {}
     if crossed := await crossed_limits(unit, plan.coordinates, end):
-        raise NotCalculable(f"It would be refused: {', and '.join(it.said.en for it in crossed)}.")
+        raise NotCalculable(f"It would be refused: {', and '.join(limit.said.en for limit in crossed)}.")
     try:
         plan.duration_s = await _duration_s(plan, unit, command)
     except NotCalculable as unknown:
@@ -204,12 +204,14 @@ async def _duration_s(plan: PlannedRobotMove, unit: RobotUnit, command: FicsComm
     if plan.target_position is None:
         raise NotCalculable("How far it goes is only known when it is done.")
     rides = await rides_of(unit, plan.coordinates, _ways(plan, command))
-    return round(max((it.duration_s for it in rides.values()), default=0.0), 3)
+    return round(max((ride.duration_s for ride in rides.values()), default=0.0), 3)
 
 
 def _limits_of_motors(unit: RobotUnit, end: Places) -> str:
     """Tell which limits cannot be checked: those of motors whose places only the robot can calculate."""
-    motors = dict.fromkeys(it for axis in end if unit.converted(axis) for it in unit.motors_behind(axis))
+    motors = dict.fromkeys(
+        motor for axis in end if unit.converted(axis) for motor in unit.motors_behind(axis)
+    )
     if not motors:
         return ""
     return f" Only the robot knows whether the soft limits of its motors {' and '.join(motors)} allow it."
@@ -375,7 +377,7 @@ async def samples_of(trajectory: RobotTrajectory) -> RobotSamples:
         units=move.units,
         planned_s=None
         if rides is None
-        else round(max((it.duration_s for it in rides.values()), default=0.0), 3),
+        else round(max((ride.duration_s for ride in rides.values()), default=0.0), 3),
         note=plan if isinstance(plan, str) else None,
         samples=[
             RobotSample(

@@ -140,7 +140,7 @@ class RobotUnit(UnitAxes):
         if not 1 <= first <= last <= LAST_POSITION:
             raise InvalidRequest(f"Positions go from 1 to {LAST_POSITION}; nothing was sent.")
         replies = (await self.download(DownloadPositions(first=first, count=last - first + 1))).replies
-        found = [list(it.coordinates) for it in replies if isinstance(it, StoredPosition)]
+        found = [list(reply.coordinates) for reply in replies if isinstance(reply, StoredPosition)]
         return list(enumerate(found, first))
 
     async def download(self, wanted: DownloadPositions, lane: Lane = Lane.READ) -> Answers:

@@ -104,10 +104,10 @@ async def download_robot_samples(target: Target, move_id: str) -> PlainText:
     header = ["time", "time_s", *columns, *(f"planned {column}" for column in columns)]
     rows = (
         [
-            *(it.time.isoformat(), it.time_s),
-            *(it.axes.get(axis) for axis in told.units),
-            *((it.planned or {}).get(axis) for axis in told.units),
+            *(sample.time.isoformat(), sample.time_s),
+            *(sample.axes.get(axis) for axis in told.units),
+            *((sample.planned or {}).get(axis) for axis in told.units),
         ]
-        for it in told.samples
+        for sample in told.samples
     )
     return PlainText(csv_of(header, rows))

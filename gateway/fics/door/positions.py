@@ -121,16 +121,18 @@ async def store_positions(
     A number alone stores where the unit stands; refused while it moves, and where an axis is not homed.
     `If-Match` is the ETag of the positions from `first` to `last`, which are read first then.
     """
-    it = robot.unit(unit)
-    upload.require_unchanged(table_of(it, Stored([], None)))
+    addressed = robot.unit(unit)
+    upload.require_unchanged(table_of(addressed, Stored([], None)))
     wanted: list[Wanted] = [
         (
             entry.number,
-            None if entry.axes is None else numbers(f"positions.{index}.axes", it, it.axes, entry.axes),
+            None
+            if entry.axes is None
+            else numbers(f"positions.{index}.axes", addressed, addressed.axes, entry.axes),
         )
         for index, entry in enumerate(upload.positions)
     ]
-    return await store(robot, it, wanted, (first, last), expects)
+    return await store(robot, addressed, wanted, (first, last), expects)
 
 
 @TABLES.get(
