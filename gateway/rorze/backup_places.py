@@ -199,7 +199,9 @@ def _patterns() -> Iterator[BackupPlace]:
 
 def _positions() -> Iterator[BackupPlace]:
     numbers = range(LAST_POSITION + 1)
-    yield from (BackupPlace(SetPositionEntry, {"entry": PositionReference(position=it)}) for it in numbers)
+    yield from (
+        BackupPlace(SetPositionEntry, {"entry": PositionReference(position=number)}) for number in numbers
+    )
 
 
 def _memories() -> Iterator[BackupPlace]:

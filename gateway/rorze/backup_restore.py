@@ -121,7 +121,7 @@ class BodyRestore:
             instructions = map(AddProgramInstruction.read, wanted.instructions)
             commands = [ClearProgram(), *instructions, *commands]
         line = self.body.line
-        return (line.frame_of(self.body.number, it).removesuffix("\\r") for it in commands)
+        return (line.frame_of(self.body.number, command).removesuffix("\\r") for command in commands)
 
     def _program_differs(self, wanted: Contents) -> bool:
         return wanted.program is not None and wanted.instructions != self.held.instructions
@@ -225,7 +225,7 @@ class BodyRestore:
             yield SavePositions()
         if "program" in sections:
             yield SaveProgram()
-        if any(it in sections for it in ("settings", "speed-sets", "patterns")):
+        if any(section in sections for section in ("settings", "speed-sets", "patterns")):
             yield SaveSettings()
 
     async def power_cycled(self, watcher: Watcher) -> None:

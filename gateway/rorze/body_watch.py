@@ -176,7 +176,9 @@ async def _ask_in_turn(health: Health, sweep: Sweep, group: Group) -> None:
 async def _learn_all_programs(health: Health, sweep: Sweep) -> None:
     """Where no program runs is known soon after a set-up, for a stop of all may come as soon."""
     wanted = (sweep.represented_by(group) for group in sweep.groups)
-    parts = [it for it in wanted if any(body.online and not body.runs_no_program() for body in it)]
+    parts = [
+        bodies for bodies in wanted if any(body.online and not body.runs_no_program() for body in bodies)
+    ]
     moments = [health.next_moment(_now(), group_s(health.line, len(part))) for part in parts]
     for part, at in zip(parts, moments, strict=True):
         await asyncio.sleep(at - _now())

@@ -54,7 +54,7 @@ class Section(RequestModel):
         :raises InvalidRequest: it is empty, too long, or in another unit.
         """
         ends = (self.lower, self.upper)
-        lower, upper = (it if isinstance(it, int) else it.pulses(body.scale) for it in ends)
+        lower, upper = (end if isinstance(end, int) else end.pulses(body.scale) for end in ends)
         if not -BILLION < lower < upper < BILLION:
             raise InvalidRequest(f"between: {lower} to {upper} is no stretch of positions; nothing was sent.")
         return Bounds(lower=lower, upper=upper)
@@ -98,7 +98,7 @@ class CaptureRequest(SentBack, json_schema_extra=example(edge="rising", position
 
     def entries(self) -> dict[Kind, int]:
         """The numbers that take values, by what they take."""
-        numbers: dict[Kind, int | None] = {it.kind: it.number for it in self.recorded or ()} or {
+        numbers: dict[Kind, int | None] = {entry.kind: entry.number for entry in self.recorded or ()} or {
             "position": self.position,
             "encoder": self.encoder,
             "encoder_in_pulses": self.encoder_in_pulses,
@@ -108,9 +108,9 @@ class CaptureRequest(SentBack, json_schema_extra=example(edge="rising", position
     def require_unchanged(self, present: BaseModel) -> None:
         """Refuse what cannot be set and is otherwise, of the entries, too; errors as of `require_same`."""
         super().require_unchanged(present)
-        held = {it.kind: it for it in getattr(present, "recorded", ())}
-        for it in self.recorded or ():
-            require_same(it.told, held.get(it.kind), f"recorded.{it.kind}.")
+        held = {entry.kind: entry for entry in getattr(present, "recorded", ())}
+        for entry in self.recorded or ():
+            require_same(entry.told, held.get(entry.kind), f"recorded.{entry.kind}.")
 
     @model_validator(mode="after")
     def _do_something_once(self) -> Self:
@@ -146,7 +146,7 @@ class Capture(NamedTuple):
     @property
     def captured(self) -> bool | None:
         """True if an edge has come; None where no entry tells."""
-        return any(it.value is not None for it in self.recorded) if self.recorded else None
+        return any(entry.value is not None for entry in self.recorded) if self.recorded else None
 
     @property
     def is_over(self) -> bool:
@@ -242,11 +242,11 @@ async def _require_free(body: AskedBody, port: int, entries: Collection[int]) ->
 
     :raises InvalidRequest: it does.
     """
-    [other] = (it for it in INPUTS if it != port)
+    [other] = (other for other in INPUTS if other != port)
     mode, _ = await body.ask(GetInterruptMode(port=other))
     if mode.edge == "off" or not entries:
         return
-    taken = {it.number for it in (await read(body, other)).recorded}.intersection(entries)
+    taken = {entry.number for entry in (await read(body, other)).recorded}.intersection(entries)
     if taken:
         number = min(taken)
         raise InvalidRequest(
@@ -286,7 +286,7 @@ async def when_over(body: AskedBody, port: int, within_s: float) -> Capture:
     while not capture.is_over and loop.time() < until:
         await asyncio.sleep(min(body.poll_interval_s, max(0.0, until - loop.time())))
         mode, _ = await body.ask(GetInterruptMode(port=port))
-        recorded = [await _recorded(body, it.kind, it.number) for it in capture.recorded]
+        recorded = [await _recorded(body, entry.kind, entry.number) for entry in capture.recorded]
         capture = capture._replace(edge=mode.edge, recorded=tuple(recorded))
         if capture.is_over and (await body.mark.stands(Lane.READ) is False or body.power.losses != losses):
             raise PowerCycled(
@@ -383,7 +383,7 @@ def _is_as(present: Capture, wanted: CaptureRequest, body: AskedBody) -> bool:
     :raises InvalidRequest: it is to be off, and is not so already; nothing was sent.
     """
     between = None if wanted.between is None else wanted.between.bounds(body)
-    entries = {it.kind: it.number for it in present.recorded}
+    entries = {entry.kind: entry.number for entry in present.recorded}
     is_as = (present.edge, present.between, present.pulse, entries) == (
         *(wanted.edge, between, wanted.pulse),
         wanted.entries(),

@@ -139,7 +139,7 @@ async def change(
                     await body.ask(SaveSettings())
                 saved = True
         except GatewayError as error:
-            left = [_text(it) for it in commands[len(steps) :]] + ["FIS"] * flash
+            left = [_text(command) for command in commands[len(steps) :]] + ["FIS"] * flash
             raise _broken_off(body, steps, left, error) from error
         finally:
             if saved or _done(steps):

@@ -88,7 +88,7 @@ class CurveDraft(
         """
         up = self.acceleration.parameters()
         down = up if self.deceleration is None else self.deceleration.parameters()
-        return _Course(up, down, [it.planned() for it in self.changes])
+        return _Course(up, down, [change.planned() for change in self.changes])
 
 
 class _Course(NamedTuple):
@@ -150,7 +150,7 @@ async def _course(body: Body, number: int) -> _Course:
         raise InvalidRequest(
             f"The speed changes of pattern {number} of {body.address} do not suit its speed sets."
         )
-    return _Course(up, down, [SpeedChange("F", it.begin, it.speed_pps) for it in pattern.changes])
+    return _Course(up, down, [SpeedChange("F", change.begin, change.speed_pps) for change in pattern.changes])
 
 
 def _curve(
@@ -158,7 +158,7 @@ def _curve(
 ) -> SpeedCurve:
     end_s = profile.duration_s or 0.0
     even = (end_s * index / (points - 1) for index in range(points))
-    moments = sorted({*even, *(it.start_s for it in profile.curve.phases if it.start_s < end_s)})
+    moments = sorted({*even, *(phase.start_s for phase in profile.curve.phases if phase.start_s < end_s)})
     rows = [_point(profile, at_s, units) for at_s in moments]
     return SpeedCurve(
         body_id=body.address,
@@ -168,7 +168,7 @@ def _curve(
         distance_in_unit=Scaled.of(distance, body.scale),
         unit=None if body.scale is None else body.scale.unit,
         total_time_s=end_s,
-        top_speed=max(it.speed for it in rows),
+        top_speed=max(row.speed for row in rows),
         points=rows,
     )
 
@@ -177,7 +177,7 @@ def _point(profile: Profile, at_s: float, units: _Units) -> CurvePoint:
     """The state at a moment; at the last one as it arrives, not as it stands."""
     phase = profile.curve.at(at_s)
     numbers = {"position": profile.position(at_s), "speed": phase.speed, "acceleration": phase.acceleration}
-    in_unit = {f"{name}_in_unit": units.of(it) for name, it in numbers.items()}
+    in_unit = {f"{name}_in_unit": units.of(number) for name, number in numbers.items()}
     return CurvePoint(time_s=at_s, **numbers, **in_unit)
 
 

@@ -101,7 +101,7 @@ async def read_encoder(body: Body) -> Encoder:
     names = {name: SETTINGS[name] for name in EncoderSettings.model_fields}
     unavailable = unavailable_in(mode, names)
     values, moving = await read_values(
-        body, {name: it for name, it in names.items() if name not in unavailable}
+        body, {name: setting for name, setting in names.items() if name not in unavailable}
     )
     return Encoder(
         body_id=body.address,

@@ -116,7 +116,7 @@ class Guards:
         if not isinstance(command, RunProgram | StepProgram):
             return None
         refusals = (self._refuses_program(body, command.code) for body in self._reached_by(exchange))
-        return next((it for it in refusals if it is not None), None)
+        return next((refusal for refusal in refusals if refusal is not None), None)
 
     def _amid_an_upload(self, exchange: RorzeExchange, _: float) -> GatewayError | None:
         """While a program is uploaded nothing else changes or runs it, and nothing moves the motor."""

@@ -54,10 +54,12 @@ class LiveBody(LiveSource):
 
     def company(self, due: Sequence[LiveSource]) -> dict[Body, Self]:
         """The values that one frame asks for, by their bodies."""
-        alike = {it.body: it for it in self.among(due)}
+        alike = {source.body: source for source in self.among(due)}
         group = self.sweep.group_for(self.body, alike)
         return {
-            body: it for body, it in alike.items() if body is self.body or (group and body in group.members)
+            body: source
+            for body, source in alike.items()
+            if body is self.body or (group and body in group.members)
         }
 
     async def ask(self, bodies: Sequence[Body], command: RorzeCommand[R]) -> dict[Body, tuple[R, float]]:
@@ -69,7 +71,9 @@ class LiveBody(LiveSource):
         if isinstance(refusal := told[self.body], GatewayError):
             raise refusal
         return {
-            body: (cast("R", it.reply), it.at) for body, it in told.items() if isinstance(it, SweepAnswer)
+            body: (cast("R", answer.reply), answer.at)
+            for body, answer in told.items()
+            if isinstance(answer, SweepAnswer)
         }
 
 
@@ -87,7 +91,9 @@ class PositionSource(LiveBody):
         """Put a fresh value that was read for another reader, or ask."""
         if self.body.told.mode is None:
             with suppress(ControllerRefused):
-                await self.ask([it for it in self.company(due) if it.told.mode is None], GetOperatingMode())
+                await self.ask(
+                    [source for source in self.company(due) if source.told.mode is None], GetOperatingMode()
+                )
         if self._put_if_fresh():
             return [self]
         sources = self.company(due)
@@ -138,7 +144,7 @@ class SignalSource(LiveBody):
 
 
 def _signals(numbers: range, names: Mapping[int, str], bits: int) -> list[Signal]:
-    return [Signal(number=it, name=names.get(it), on=bool(bits >> it & 1)) for it in numbers]
+    return [Signal(number=number, name=names.get(number), on=bool(bits >> number & 1)) for number in numbers]
 
 
 class BodyNow(Record):

@@ -104,7 +104,7 @@ async def write(body: Body, wanted: Sequence[tuple[str, int]]) -> list[Memory]:
     :raises GatewayError: none was set, or read back.
     """
     commands = [_setting(name, value) for name, value in wanted]
-    names = [it.memory for it in commands]
+    names = [command.memory for command in commands]
     for name in names:
         if names.count(name) > 1:
             raise InvalidRequest(f"Memory {name} is given twice; nothing was sent.")
@@ -117,7 +117,8 @@ async def write(body: Body, wanted: Sequence[tuple[str, int]]) -> list[Memory]:
             if not held:
                 raise
             done, left = (
-                [it.code + it.written() for it in part] for part in (commands[:place], commands[place:])
+                [command.code + command.written() for command in part]
+                for part in (commands[:place], commands[place:])
             )
             raise PartlyDone(body.address, done, left, error) from error
     return held
@@ -143,10 +144,10 @@ async def _read(body: Body, name: str) -> Memory:
 
 async def _change(body: Body, wanted: Sequence[NamedMemory]) -> list[Memory]:
     """Set memories, but those that are named as null; errors as of `write`."""
-    left = [await _no_number(body, it.name) for it in wanted if it.value is None]
-    held = await write(body, [(it.name, it.value) for it in wanted if it.value is not None])
-    told = {it.name: it for it in (*left, *held)}
-    return [told[it.name.upper()] for it in wanted]
+    left = [await _no_number(body, memory.name) for memory in wanted if memory.value is None]
+    held = await write(body, [(memory.name, memory.value) for memory in wanted if memory.value is not None])
+    told = {memory.name: memory for memory in (*left, *held)}
+    return [told[memory.name.upper()] for memory in wanted]
 
 
 async def _no_number(body: Body, name: str) -> Memory:

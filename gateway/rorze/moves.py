@@ -245,7 +245,7 @@ class Moves(MoveRuns[Body, Move]):
             results = await self._send(run, start_within_s)
         except GatewayError as error:
             results = {proof.body: error for proof in run.proofs}
-        for proof in sorted(run.proofs, key=lambda it: isinstance(results[it.body], ControllerRefused)):
+        for proof in sorted(run.proofs, key=lambda proof: isinstance(results[proof.body], ControllerRefused)):
             result = results[proof.body]
             if isinstance(result, ControllerRefused):  # last, for it is looked into
                 results[proof.body] = result = await proof.contradicted(result) or result
@@ -434,7 +434,9 @@ class _MoveRun:
     def answer(self, results: _Results) -> None:
         """Answer the caller: an error if a single body did not take the command, or if no body got it."""
         errors = [
-            it for it in results.values() if isinstance(it, GatewayError) and not isinstance(it, NoReply)
+            result
+            for result in results.values()
+            if isinstance(result, GatewayError) and not isinstance(result, NoReply)
         ]
         alone = isinstance(self.target, Body)
         nobody = all(proof.move.sent_at is None for proof in self.proofs)

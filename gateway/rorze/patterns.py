@@ -80,7 +80,7 @@ class SpeedChangeRequest(SentBack):
 
 def _each_once(changes: list[SpeedChangeRequest]) -> list[SpeedChangeRequest]:
     """Refuse two changes at one point."""
-    if len({it.point for it in changes}) < len(changes):
+    if len({change.point for change in changes}) < len(changes):
         raise ValueError("each point may be given once")
     return changes
 
@@ -102,14 +102,14 @@ class PatternSentBack(SentBack):
     @property
     def told(self) -> dict[str, Any]:
         """With what cannot be set of its changes, by their points."""
-        return super().told | {str(it.point): it.told for it in self.changes or () if it.told}
+        return super().told | {str(change.point): change.told for change in self.changes or () if change.told}
 
     def require_unchanged(self, present: BaseModel) -> None:
         """Refuse what cannot be set and is otherwise; errors as of `require_same`."""
         super().require_unchanged(present)
-        points = {it.point: it for it in getattr(present, "changes", None) or ()}
-        for it in self.changes or ():
-            require_same(it.told, points.get(it.point), f"changes.{it.point}.")
+        points = {change.point: change for change in getattr(present, "changes", None) or ()}
+        for wanted in self.changes or ():
+            require_same(wanted.told, points.get(wanted.point), f"changes.{wanted.point}.")
 
 
 class PatternValues(
@@ -187,7 +187,8 @@ class PatternList(BaseModel):
 def _point_item(number: int, point: int) -> Item:
     place = {"pattern": number, "point": point}
     codec = SettingCodec(
-        _change_in, lambda it: {"speed": it["speed_pps"], "begin": it.get("begin"), "end": it.get("end")}
+        _change_in,
+        lambda change: {"speed": change["speed_pps"], "begin": change.get("begin"), "end": change.get("end")},
     )
     return Item(f"changes.{point}", GetSpeedChange(**place), SetSpeedChange, codec, place, _UNREADABLE)
 
@@ -287,7 +288,7 @@ def _sets_of(present: Pattern, wanted: PatternValues | PatternChange) -> dict[st
     :raises InvalidRequest: it has none, and one of them is not named.
     """
     named = {name: getattr(wanted, name) for name in PatternSets.model_fields}
-    sets = {name: getattr(present, name) if it is None else it for name, it in named.items()}
+    sets = {name: getattr(present, name) if number is None else number for name, number in named.items()}
     if None in sets.values():
         raise InvalidRequest(
             f"Pattern {present.number} was never set; only questions were sent.",
@@ -304,7 +305,7 @@ async def _require_fit(body: Body, sets: Mapping[str, int], changes: Sequence[Sp
     try:
         up = await parameters_of(body, sets["acceleration_set"])
         down = await parameters_of(body, sets["deceleration_set"])
-        resolve_changes(up, down, [it.planned() for it in sorted(changes, key=attrgetter("point"))])
+        resolve_changes(up, down, [change.planned() for change in sorted(changes, key=attrgetter("point"))])
     except ProfileError as error:
         raise InvalidRequest(
             f"Moves with this pattern would be refused: {error} Only questions were sent."
@@ -317,13 +318,13 @@ def _wanted(
     yield sets_item(present.number), sets
     if changes is None:
         return
-    points = {it.point for it in changes}
-    there = POINTS if present.changes is None else [it.point for it in present.changes]
+    points = {change.point for change in changes}
+    there = POINTS if present.changes is None else [change.point for change in present.changes]
     surplus = [point for point in there if point not in points or present.changes is None]
     if surplus:
         yield _clearing_item(present.number, surplus[0]), None
-    for it in sorted(changes, key=attrgetter("point")):
-        yield _point_item(present.number, it.point), it.place()
+    for wanted in sorted(changes, key=attrgetter("point")):
+        yield _point_item(present.number, wanted.point), wanted.place()
 
 
 @ROWS.get("/bodies/{body_id}/patterns")

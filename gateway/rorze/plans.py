@@ -102,7 +102,8 @@ def slow_pattern_of(bodies: Sequence[Body]) -> int:
     :raises InvalidRequest: they have different ones, and get one command.
     """
     first, *others = [
-        SLOW_PATTERN if it.configured.slow_pattern is None else it.configured.slow_pattern for it in bodies
+        SLOW_PATTERN if body.configured.slow_pattern is None else body.configured.slow_pattern
+        for body in bodies
     ]
     if any(number != first for number in others):
         raise InvalidRequest(
@@ -160,11 +161,13 @@ async def limited(target: Body | Group, wish: Wish) -> AsyncIterator[int]:
     number, gate = slow_pattern_of(bodies), target.line.gate
     epoch = gate.epoch(target.number)
     async with AsyncExitStack() as stack:
-        for body in sorted(bodies, key=lambda it: it.number):  # in one order: two groups may share members
+        for body in sorted(
+            bodies, key=lambda each: each.number
+        ):  # in one order: two groups may share members
             await stack.enter_async_context(body.own_speed.lock)
         idle_bodies_of(target)  # another wish may have begun meanwhile
         wanted = await wish(bodies)
-        await asyncio.gather(*(_write(*it, number) for it in zip(bodies, wanted, strict=True)))
+        await asyncio.gather(*(_write(*order, number) for order in zip(bodies, wanted, strict=True)))
         if gate.epoch(target.number) != epoch:
             raise gate.overtaken(target.number)
         yield number
@@ -212,8 +215,8 @@ async def _may_be_own(body: Body, found: Sequence[int]) -> bool:
     """
     if body.own_speed.written is not None and tuple(found) == astuple(body.own_speed.written):
         return True
-    standards = await asyncio.gather(*(standard_of(it) for it in {body, *body.own_speed.companions}))
-    ramps = {(it.acceleration, it.rising, it.falling) for it in standards}
+    standards = await asyncio.gather(*(standard_of(member) for member in {body, *body.own_speed.companions}))
+    ramps = {(standard.acceleration, standard.rising, standard.falling) for standard in standards}
     return tuple(found[2:]) in ramps and found[0] <= found[1]
 
 
@@ -481,7 +484,9 @@ async def _speed_changes(body: Body, pattern: int | None) -> list[SpeedChange]:
         (await body.ask(GetSpeedChange(pattern=pattern, point=point)))[0] for point in range(SPEED_CHANGES)
     ]
     return [
-        SpeedChange("F", it.begin, it.speed) for it in points if it.begin is not None and it.speed is not None
+        SpeedChange("F", point.begin, point.speed)
+        for point in points
+        if point.begin is not None and point.speed is not None
     ]
 
 

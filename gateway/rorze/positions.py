@@ -84,7 +84,7 @@ async def read(body: Body, first: int, last: int) -> list[TablePosition]:
     :raises InvalidRequest: the last is before the first.
     :raises GatewayError: they were not read.
     """
-    return [it async for it in _in_order(body, first, last)]
+    return [position async for position in _in_order(body, first, last)]
 
 
 def _in_order(body: Body, first: int, last: int) -> AsyncGenerator[TablePosition, None]:
@@ -122,8 +122,8 @@ class PositionReadings(Readings[PositionReading]):
 
         async def collect(progress: ProgressListener) -> None:
             positions = []
-            async for it in found:
-                positions.append(named(it))
+            async for position in found:
+                positions.append(named(position))
                 progress.has_read()
             record.positions = positions
 
@@ -149,33 +149,33 @@ async def store(
     :raises GatewayError: nothing was sent, or it was not read back, or not written to flash memory.
     """
     check(wanted)
-    if any(it.pulses is None for it in wanted) and (await body.where_it_rests()).runs:
+    if any(position.pulses is None for position in wanted) and (await body.where_it_rests()).runs:
         raise BodyBusy(f"{body.address} moves; nothing was sent.", "Wait for standstill.")
     held: dict[int, TablePosition] = {}
     left = list(wanted)
     for _ in range(TRIES):
         await _send(body, left, len(wanted), answered)
-        async for it in closely(read_one(body, it.number) for it in left):
-            held[it.number] = it
+        async for position in closely(read_one(body, position.number) for position in left):
+            held[position.number] = position
             answered()
-        left = [it for it in left if it.pulses not in (None, held[it.number].pulses)]
+        left = [position for position in left if position.pulses not in (None, held[position.number].pulses)]
         if not left:
             break
     else:
-        numbers = ", ".join(str(it.number) for it in left)
+        numbers = ", ".join(str(position.number) for position in left)
         raise PositionsDiffer(
             f"{body.address} was sent {len(wanted)} positions, and holds others under the numbers {numbers}.",
             "Store them again.",
         )
     if flash:
         await body.ask(SavePositions())
-    return [held[it.number] for it in wanted]
+    return [held[position.number] for position in wanted]
 
 
 async def _send(body: Body, wanted: Sequence[WantedPosition], of: int, answered: Callable[[], None]) -> None:
-    for sent, it in enumerate(wanted):
+    for sent, position in enumerate(wanted):
         try:
-            await _set(body, it)
+            await _set(body, position)
         except GatewayError as error:
             if sent:
                 raise StoringBrokenOff(body.address, sent, of, error) from error

@@ -230,7 +230,7 @@ class Sweep:
     @property
     def groups(self) -> list[Group]:
         """All groups of the line: its own first, for they share out all bodies, then large ones."""
-        return [*self.own, *sorted(self._declared(), key=lambda it: len(it.members), reverse=True)]
+        return [*self.own, *sorted(self._declared(), key=lambda group: len(group.members), reverse=True)]
 
     def relies_on(self, group: Group) -> bool:
         """True if its number reaches its members, as far as is known."""
@@ -288,7 +288,7 @@ class Sweep:
         group = groups.get(body)
         if group is None:
             return None
-        wanted = sum(it.online and groups.get(it) is group for it in company)
+        wanted = sum(body.online and groups.get(body) is group for body in company)
         return group if wanted >= max(2, WORTH * len(group.members)) else None
 
     async def ask(

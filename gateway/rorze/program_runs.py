@@ -114,7 +114,7 @@ class ProgramRuns(DurableJobs[ProgramRun]):
         find_body: Callable[[str], Body],
         endless: EndlessPrograms,
     ) -> None:
-        super().__init__(HISTORY, "program run", lambda it: it.body_id, publish)
+        super().__init__(HISTORY, "program run", lambda run: run.body_id, publish)
         self._find_body = find_body
         self._endless = endless
         self._before: dict[str, PowerSeen] = {}

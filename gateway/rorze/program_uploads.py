@@ -146,7 +146,7 @@ class ProgramUploads(DurableJobs[ProgramUpload]):
     record_type = ProgramUpload
 
     def __init__(self, publish: Callable[[str, ProgramUpload], None], endless: EndlessPrograms) -> None:
-        super().__init__(HISTORY, "program upload", lambda it: it.body_id, publish)
+        super().__init__(HISTORY, "program upload", lambda upload: upload.body_id, publish)
         self._endless = endless
         self._current: dict[Body, _Work] = {}
 
@@ -209,7 +209,7 @@ class ProgramUploads(DurableJobs[ProgramUpload]):
 
         :raises NotFound: there is none.
         """
-        work = next((it for it in self._current.values() if it.body.address == address), None)
+        work = next((upload for upload in self._current.values() if upload.body.address == address), None)
         if work is None:
             raise NotFound(f"No program is being uploaded to {address}.")
         work.unwanted = True

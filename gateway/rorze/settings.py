@@ -85,7 +85,7 @@ async def read_settings(body: AskedBody) -> BodySettings:
     mode = await read(body, SETTINGS[MODE].item)
     unavailable = unavailable_in(mode, SETTINGS)
     values, moving = await read_values(
-        body, {name: it for name, it in SETTINGS.items() if name not in unavailable}
+        body, {name: setting for name, setting in SETTINGS.items() if name not in unavailable}
     )
     return BodySettings(
         body_id=body.address,
@@ -122,7 +122,7 @@ async def change_settings(
         raise BodyBusy(f"{body.address} moves; no setting was changed.", "Wait for standstill.")
     told = await as_expected(body, lambda: document(body), expects)
     steps = await change(body, list(_wanted(named)), flash=flash, told=told)
-    found, _ = await read_values(body, {name: it for name, it in SETTINGS.items() if name in named})
+    found, _ = await read_values(body, {name: setting for name, setting in SETTINGS.items() if name in named})
     return ChangedSettings(body_id=body.address, settings=_document(found), steps=steps)
 
 
@@ -148,7 +148,9 @@ def _about(setting: BodySetting, schema: Mapping[str, Any]) -> AboutSetting:
 
 def unavailable_in(mode: ModeName, settings: Mapping[str, BodySetting]) -> dict[str, str]:
     """Name the settings that an operating mode does not have, and say why."""
-    return {name: _only_in(it) for name, it in settings.items() if _DIGITS[mode] not in it.modes}
+    return {
+        name: _only_in(setting) for name, setting in settings.items() if _DIGITS[mode] not in setting.modes
+    }
 
 
 def _only_in(setting: BodySetting) -> str:
@@ -179,7 +181,7 @@ async def read_values(
                 unavailable[name] = refusal.detail
             else:
                 raise
-    return {name: _nested(it) for name, it in found.items() if name not in unavailable}, unavailable
+    return {name: _nested(values) for name, values in found.items() if name not in unavailable}, unavailable
 
 
 def _rounds(settings: Mapping[str, BodySetting]) -> list[tuple[str, Key]]:
@@ -213,7 +215,7 @@ def _nested(values: Mapping[Key, Any]) -> Any:
 
 def known(values: Mapping[str, Any]) -> dict[str, Any]:
     """Give the values without speeds that were never set, which are told as 0."""
-    return {name: it for name, it in values.items() if name not in SPEEDS or name in SHARES or it}
+    return {name: value for name, value in values.items() if name not in SPEEDS or name in SHARES or value}
 
 
 def _document(values: Mapping[str, Any]) -> Settings:
@@ -257,15 +259,15 @@ async def _without_nulls(body: AskedBody, named: Mapping[str, Any]) -> dict[str,
 
     :raises InvalidRequest: one has a value, which null cannot end; nothing was sent.
     """
-    nulls = {name: SETTINGS[name] for name, it in named.items() if it is None}
-    nulls = {name: it for name, it in nulls.items() if it.default is not None}
+    nulls = {name: SETTINGS[name] for name, value in named.items() if value is None}
+    nulls = {name: setting for name, setting in nulls.items() if setting.default is not None}
     if nulls:
         mode = named.get(MODE) or await read(body, SETTINGS[MODE].item)
-        there = {name: it for name, it in nulls.items() if _DIGITS[mode] in it.modes}
+        there = {name: setting for name, setting in nulls.items() if _DIGITS[mode] in setting.modes}
         found, _ = await read_values(body, there)
         for name in known(found):
             raise InvalidRequest(f"{name}: null is no value of it; nothing was sent.")
-    return {name: it for name, it in named.items() if name not in nulls}
+    return {name: value for name, value in named.items() if name not in nulls}
 
 
 async def _require_mode(body: AskedBody, named: Mapping[str, Any]) -> None:

@@ -226,7 +226,9 @@ def _reading(body: Body, at: float) -> dict[str, Any]:
 
 
 def _states(numbers: range, names: Mapping[int, str], bits: int) -> list[SignalState]:
-    return [SignalState(number=it, name=names.get(it), on=bool(bits >> it & 1)) for it in numbers]
+    return [
+        SignalState(number=number, name=names.get(number), on=bool(bits >> number & 1)) for number in numbers
+    ]
 
 
 async def _output(body: Body, output: int) -> SignalState:

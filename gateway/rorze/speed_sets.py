@@ -208,7 +208,9 @@ def _known(body: AskedBody, items: Mapping[str, Item], read: Mapping[str, int]) 
     """Give the values without those that were never set, which a controller tells as 0."""
     unset = {name for name, value in read.items() if value == 0 and name not in SHARES}
     if len(unset) == len(items) - len(SHARES):
-        unset |= {it for it in SHARES if not read[it] and body.flash.may_be_unset(items[it].command(0))}
+        unset |= {
+            share for share in SHARES if not read[share] and body.flash.may_be_unset(items[share].command(0))
+        }
     return {name: None if name in unset else value for name, value in read.items()}
 
 

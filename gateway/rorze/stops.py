@@ -315,7 +315,7 @@ class Stops(StopsUnderWay[tuple[Body, StopMode], "_BodyStop"]):
     def _at_standstill(self, stop: "_BodyStop") -> Sequence[Callable[[], object]]:
         body = stop.body
         body.motion.stop_is_confirmed(disproves_its_alarm=stop.disproves_its_alarm)
-        if not any(it is not stop and it.body is body for it in self._tasks):
+        if not any(other is not stop and other.body is body for other in self._tasks):
             body.life.hear(BodyNews.NO_STOP)
         return stop.withdraw, partial(body.was_stopped, stop.report.position)
 
@@ -425,7 +425,9 @@ class _BodyStop(Stopping):
     def withdraw(self) -> None:
         """Take back what still waits: it would stop the next move."""
         number = self.body.number
-        self.body.line.cancel(lambda it: it.body == number and it.lane is Lane.STOP_REPEAT, StoppedFirst())
+        self.body.line.cancel(
+            lambda exchange: exchange.body == number and exchange.lane is Lane.STOP_REPEAT, StoppedFirst()
+        )
 
     def repeat_at_once(self) -> None:
         """Send the next repetition now: it will arrive."""
@@ -557,7 +559,7 @@ class _BodyStop(Stopping):
         return None
 
     async def _position(self) -> int:
-        company = [it for it in self._company_of(self.body) if it.told.rest is None]
+        company = [body for body in self._company_of(self.body) if body.told.rest is None]
         return (await self._sweep.ask_one(self.body, company, GetPosition(), Lane.VERIFY)).pulses
 
     async def _runs_pulses(self) -> bool:

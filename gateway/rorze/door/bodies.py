@@ -369,11 +369,11 @@ async def _sweep(
     rorze = plant.family(Rorze)
     line = rorze.lines[line_id]
     results = await rorze.sweep_of(line).ask(rorze.bodies_of(line), command)
-    told = {body: it for body, it in results.items() if not isinstance(it, GatewayError)}
+    told = {body: result for body, result in results.items() if not isinstance(result, GatewayError)}
     unanswered = [
-        Unanswered(body_id=body.address, detail=it.detail)
-        for body, it in results.items()
-        if isinstance(it, GatewayError)
+        Unanswered(body_id=body.address, detail=result.detail)
+        for body, result in results.items()
+        if isinstance(result, GatewayError)
     ]
     return told, unanswered
 

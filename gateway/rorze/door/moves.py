@@ -100,8 +100,14 @@ async def download_samples(target: Target, move_id: str) -> PlainText:
     told: BodySamples = await moving.samples(target, move_id)
     scaled = [f"value {told.unit}"] if told.unit else []
     rows = (
-        [it.time.isoformat(), it.time_s, it.pulses, it.planned_pulses, *([it.value] if scaled else [])]
-        for it in told.samples
+        [
+            sample.time.isoformat(),
+            sample.time_s,
+            sample.pulses,
+            sample.planned_pulses,
+            *([sample.value] if scaled else []),
+        ]
+        for sample in told.samples
     )
     return PlainText(csv_of(["time", "time_s", "pulses", "planned_pulses", *scaled], rows))
 
