@@ -233,7 +233,7 @@ class ScaraPathRequest(_ScaraMoveRequest, json_schema_extra=example(kind="path",
     def manoeuvre(self, here: MoveStart) -> Manoeuvre:
         """HMS; HDS before it for points of its own."""
         if self.path is None:
-            return self._through(here, [it.point() for it in self.points or ()])
+            return self._through(here, [point.point() for point in self.points or ()])
         return _along(ways.along(here.points), PreparePath(path=self.path, pattern=self.pattern))
 
 
@@ -260,7 +260,7 @@ class ScaraOffsetRequest(
         if self.x is None and self.y is not None:
             row_y = PrepareMoveAlongY(distance=self.y.thousandths, pattern=self.pattern)
             return _along(ways.by(1j * self.y.thousandths), row_y)
-        x, y = (0 if it is None else it.thousandths for it in (self.x, self.y))
+        x, y = (0 if length is None else length.thousandths for length in (self.x, self.y))
         return self._to(here, here.place._replace(x=here.place.x + x, y=here.place.y + y))
 
 
@@ -368,7 +368,7 @@ class ScaraAlignRequest(
 
     def manoeuvre(self, here: MoveStart) -> Manoeuvre:
         """HNM."""
-        x, y = (None if it is None else it.thousandths for it in (self.x, self.y))
+        x, y = (None if length is None else length.thousandths for length in (self.x, self.y))
         motion = MoveToExtensionStart(x=x, y=y, path=self.path, pattern=self.pattern)
 
         def course(robot: Mechanics, pose: Pose) -> Course:

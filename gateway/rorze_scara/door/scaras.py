@@ -177,7 +177,7 @@ class StoredPath(BaseModel):
 @ROWS.get("/scaras", any_scope=True)
 async def list_scaras(plant: Plant) -> ScaraList:
     """List all SCARA robots; nothing is sent."""
-    return ScaraList(scaras=[_info(it) for it in plant.family(Scaras).all() if sees(plant, it.id)])
+    return ScaraList(scaras=[_info(scara) for scara in plant.family(Scaras).all() if sees(plant, scara.id)])
 
 
 @ROWS.get("/scaras/{scara_id}")
@@ -244,11 +244,13 @@ async def write_scara_path(scara: Scara, path: PathNumber, wanted: PathDefinitio
 
 
 def _stored(scara: Scara, path: int, points: Mapping[int, PathPoint]) -> StoredPath:
-    return StoredPath(scara_id=scara.id, path=path, points=[_point(it) for it in points.values()])
+    return StoredPath(scara_id=scara.id, path=path, points=[_point(point) for point in points.values()])
 
 
 def _point(point: PathPoint) -> StoredPoint:
-    x, y, radius = (None if it is None else Micrometres(value=it) for it in (point.x, point.y, point.radius))
+    x, y, radius = (
+        None if length is None else Micrometres(value=length) for length in (point.x, point.y, point.radius)
+    )
     return StoredPoint(x=x, y=y, radius=radius, place=point.place)
 
 
@@ -293,12 +295,14 @@ def _kinematics(scara: Scara, pulses: Sequence[int]) -> Kinematics:
 
 def _geometry(scara: Scara, found: list[HeldGeometry]) -> ScaraGeometry:
     controllers = [
-        ControllerGeometry(**dict(held.geometry), axis=held.axis, body_id=body.address, agrees=held == it)
-        for body, held, it in zip(scara.members, found, wanted(scara), strict=True)
+        ControllerGeometry(
+            **dict(held.geometry), axis=held.axis, body_id=body.address, agrees=held == configured
+        )
+        for body, held, configured in zip(scara.members, found, wanted(scara), strict=True)
     ]
     return ScaraGeometry(
         scara_id=scara.id,
-        agrees=all(it.agrees for it in controllers),
+        agrees=all(controller.agrees for controller in controllers),
         configured=Geometry.of(scara.robot),
         controllers=controllers,
     )
