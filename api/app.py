@@ -33,7 +33,7 @@ from gateway.door.table import FAMILIES, Operation, Right, operations_of
 from gateway.door.traffic import Traffic
 
 DESCRIPTION = f"""\
-{", and ".join(it.controllers for it in FAMILIES.values() if it.controllers)}.
+{", and ".join(family.controllers for family in FAMILIES.values() if family.controllers)}.
 
 Bodies are addressed by two hex digits where only one line has them (`3F`), and always with their line
 (`arm.3F`); robots by their names, and their axes by unit. Errors are problem details (RFC 9457); `moved`
@@ -126,11 +126,11 @@ def create_app(
     app.state.traffic = traffic = Traffic()
     app.state.metrics = metrics_of(plant, traffic)
     problems.install(app, partial(calls_for, plant))
-    written = [it for router in (*by_hand.ROUTERS, streams.router) for it in router.routes]
+    written = [route for router in (*by_hand.ROUTERS, streams.router) for route in router.routes]
     operations = [*operations_of(map(type, plant.registered)), *besides]
-    rows = walker.routes(operations, [it for it in written if isinstance(it, HttpRoute)])
+    rows = walker.routes(operations, [route for route in written if isinstance(route, HttpRoute)])
     # Side by side instead of included, so that one index finds them all; and before the docs.
-    app.router.routes[:0] = [*rows, *(it for it in written if not isinstance(it, HttpRoute))]
+    app.router.routes[:0] = [*rows, *(route for route in written if not isinstance(route, HttpRoute))]
     documents.install(app, root_path)
     console.install(app)
     manual.install(app)

@@ -114,7 +114,9 @@ def _models() -> list[type[BaseModel]]:
 
 def _schemas() -> dict[str, Any]:
     models: list[type[BaseModel]] = [CloudEvent, Telemetry, *_models()]
-    wanted: list[tuple[type[BaseModel], Literal["serialization"]]] = [(it, "serialization") for it in models]
+    wanted: list[tuple[type[BaseModel], Literal["serialization"]]] = [
+        (model, "serialization") for model in models
+    ]
     _, together = models_json_schema(wanted, ref_template=_SCHEMAS + "{model}")
     definitions: dict[str, Any] = together["$defs"]
     return dict(sorted(definitions.items()))

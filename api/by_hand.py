@@ -33,9 +33,9 @@ async def livez() -> Response:
     responses={503: {"model": Readiness, "description": "A line is down, silent or being set up."}},
 )
 async def readyz(request: Request) -> Response:
-    """Say whether all lines are open and set up, somebody answers on each, and the journal can be written.
+    """Say whether all lines are open and set up, a device answers on each, and the journal can be written.
 
-    A journal in trouble is no 503: nobody else could carry out the stops and reads that go on.
+    A journal in trouble is no 503: no other gateway could carry out the stops and reads that go on.
     """
     readiness = readiness_of(plant_of(request), access_of(request).view_of(request.scope))
     return json_response(readiness, 200 if readiness.ready else 503)

@@ -96,7 +96,7 @@ async def follow_events(websocket: WebSocket) -> None:
     plant = plant_of(websocket)
     query = websocket.query_params
     offered = websocket.scope.get("subprotocols", ())
-    await websocket.accept(next((it for it in SUBPROTOCOLS if it in offered), None))
+    await websocket.accept(next((protocol for protocol in SUBPROTOCOLS if protocol in offered), None))
     try:
         require_known(websocket, ("after", "bodies", "types", "sample", "snapshot"))
         wanted = addresses_of(plant, query.get("bodies")), types_of(query.get("types"))
@@ -162,10 +162,10 @@ async def _trace_sent(news: AsyncIterator[traces.News | None]) -> AsyncIterator[
     loop = asyncio.get_running_loop()
     told_at = loop.time()
     yield b": the trace from now on\n\n"
-    async for it in news:
-        if it is not None:
+    async for records in news:
+        if records is not None:
             told_at = loop.time()
-            yield await aside(_trace_frames, it)
+            yield await aside(_trace_frames, records)
         elif loop.time() - told_at >= KEEP_ALIVE_S:
             told_at = loop.time()
             yield b": still here\n\n"
@@ -194,9 +194,9 @@ async def follow_trace_by_socket(websocket: WebSocket) -> None:
 
 
 async def _send_trace(websocket: WebSocket, news: AsyncIterator[traces.News | None]) -> None:
-    async for it in news:
-        if it is not None:
-            await websocket.send_text(await aside(_message, it))
+    async for values in news:
+        if values is not None:
+            await websocket.send_text(await aside(_message, values))
     await websocket.close(CLOSE_GOING_AWAY, "the gateway is shutting down")
 
 

@@ -149,8 +149,10 @@ def taking(endpoint: Endpoint, parameters: Mapping[str, Any]) -> Endpoint:
     """Let FastAPI see which parameters an endpoint takes besides the request; `wait` may be left out."""
     endpoint.__signature__ = Signature(  # type: ignore[attr-defined]  # it is looked for there
         [
-            it.replace(name=name, kind=Parameter.KEYWORD_ONLY) if isinstance(it, Parameter) else _of(name, it)
-            for name, it in {"request": Request, **parameters}.items()
+            parameter.replace(name=name, kind=Parameter.KEYWORD_ONLY)
+            if isinstance(parameter, Parameter)
+            else _of(name, parameter)
+            for name, parameter in {"request": Request, **parameters}.items()
         ]
     )
     return endpoint

@@ -1,4 +1,4 @@
-"""What lets clients in while the gateway runs: the keys, the provider's keys and the certificate."""
+"""The access of clients while the gateway runs: its keys, the provider's keys and the certificate."""
 
 import asyncio
 import logging
@@ -25,7 +25,7 @@ class AccessControl:
     def __init__(self, config: Config, data: Path) -> None:
         """Read the keys and the certificate.
 
-        :raises ConfigError: they cannot be used, or nobody on the network could be let in.
+        :raises ConfigError: they cannot be used, or no client on the network could be let in.
         """
         server = config.server
         self.certificate: Certificate | None = None
@@ -105,7 +105,7 @@ class AccessControl:
     def _tell_changes(self, keys: Sequence[KeyInfo]) -> None:
         """At the first look what has ended before is no news."""
         before = self._states
-        self._states = {it.begins: (it.ends_soon, it.state) for it in keys}
+        self._states = {key.begins: (key.ends_soon, key.state) for key in keys}
         for key in keys:
             soon, state = (before or {}).get(key.begins, (False, key.state))
             if key.ends_soon and not soon:

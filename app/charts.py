@@ -11,7 +11,7 @@ COLOURS: Final = ("#0b62a4", "#c2410c", "#15803d", "#7e22ce")
 FONTS: Final = "DejaVu Sans, Liberation Sans, Noto Sans, Arial, sans-serif"
 MOST_TICKS: Final = 8
 SMALLEST: Final = 1e-9
-"""What spreads less, or is less, is drawn as a value that never changes."""
+"""Spread of values at or below which they are drawn as constant."""
 
 Point = tuple[float, float]
 

@@ -21,7 +21,7 @@ EPOCH_VARIABLE = "MOTION_GATEWAY_OWNER_EPOCH"
 STEP_S = 2.0
 """A long wait is made of requests of this length, with a word to people after each."""
 ANSWER_S = 10.0
-"""What an answer may take beyond the wait that was asked for."""
+"""Seconds for an answer, beyond the wait that was asked for."""
 
 OVER = frozenset({"succeeded", "failed", "stopped", "rejected", "cancelled", "lost", "unknown"})
 """The statuses of moves that are over."""
@@ -71,11 +71,11 @@ class Client:
 
     @property
     def trust_environment(self) -> bool:
-        """Whether proxies and authorities of the environment count: no stop goes in plain text to a proxy."""
+        """True if proxies and authorities of the environment count: no stop goes in plain text to a proxy."""
         return self.url.startswith("https:")
 
     def headers(self) -> dict[str, str]:
-        """Those of every request: its own id, the key, and the lease's token."""
+        """The headers of every request: its own id, the key, and the lease's token."""
         return {
             "X-Request-Id": uuid4().hex,
             **({"Authorization": f"Bearer {self.key}"} if self.key else {}),
@@ -86,7 +86,7 @@ class Client:
     def request(self, method: str, path: str, content: object = None, *, wait_s: float = 0) -> dict[str, Any]:
         """Ask the gateway.
 
-        :raises Failure: it was refused, or nobody knows; the sentence names the request's id.
+        :raises Failure: it was refused, or its outcome is unknown; the sentence names the request's id.
         """
         headers, url = self.headers(), self.url + path
         if wait_s:
@@ -134,9 +134,9 @@ class Client:
     def begin(
         self, path: str, content: object, wait_s: float, progress: ProgressLine
     ) -> list[dict[str, Any]]:
-        """Start what moves, and give its moves: one, or those of a group's members.
+        """Start a motion, and give its moves: one, or those of a group's members.
 
-        They are followed for so many seconds at most. A failure ends the command.
+        They are followed for `wait_s` seconds at most. A failure ends the command.
         """
         with going_on_after("the move"):
             answer = self.request("POST", path, content, wait_s=min(wait_s, STEP_S))
@@ -146,17 +146,17 @@ class Client:
         self, moves: list[dict[str, Any]], wait_s: float, progress: ProgressLine
     ) -> list[dict[str, Any]]:
         while (wait_s := wait_s - STEP_S) > 0:
-            running = [it for it in moves if it["status"] not in OVER]
+            running = [move for move in moves if move["status"] not in OVER]
             if not running:
                 break
-            progress.say("; ".join(f"{it['body_id']} {it['status']}" for it in running))
+            progress.say("; ".join(f"{move['body_id']} {move['status']}" for move in running))
             first = self._look(running[0], min(wait_s, STEP_S))
-            others = {it["id"]: self._look(it, 0) for it in running[1:]}
-            moves = [others.get(it["id"], first if it is running[0] else it) for it in moves]
+            others = {move["id"]: self._look(move, 0) for move in running[1:]}
+            moves = [others.get(move["id"], first if move is running[0] else move) for move in moves]
         return moves
 
     def _look(self, move: dict[str, Any], wait_s: float) -> dict[str, Any]:
-        """What has become of a move that was started."""
+        """Read the state of a move that was started, when it has ended or `wait_s` seconds have passed."""
         kind = "scaras" if "scara_id" in move else "robots" if "/units/" in move["body_id"] else "bodies"
         path = f"/{kind}/{move['body_id']}/moves/{move['id']}"
         try:
@@ -197,7 +197,7 @@ def _data(answer: http.HttpAnswer) -> dict[str, Any]:
 
 
 def why_not_reached(url: str, error: Exception) -> str:
-    """Why a gateway was not reached: no answer, or one that nobody can trust."""
+    """Say why a gateway was not reached: no answer, or a certificate that is not trusted."""
     if "CERTIFICATE_VERIFY_FAILED" in str(error):
         return f"The certificate of {url} is not trusted ({error}): name its authority by SSL_CERT_FILE."
     return f"No gateway answers at {url}: {str(error).rstrip('.')}."
@@ -240,7 +240,7 @@ def exit_of_stop(stop: dict[str, Any]) -> int:
     """The exit code of a stop: done is standstill that every controller reports."""
     if stop["confirmed"]:
         return exits.DONE
-    unsent = all(it["state"] == "not_sent" for it in (*stop["bodies"], *stop["robots"]))
+    unsent = all(report["state"] == "not_sent" for report in (*stop["bodies"], *stop["robots"]))
     return exits.NOT_SENT if unsent else exits.UNKNOWN
 
 

@@ -1,4 +1,4 @@
-"""What `serve --demo` serves: a line with a lift, two axes that go together and a SCARA robot, and a Fics."""
+"""The plant of `serve --demo`: a line with a lift, two axes that go together, a SCARA robot, and a Fics."""
 
 from pathlib import Path
 from typing import Any, Final

@@ -39,7 +39,7 @@ _TITLES: Final[dict[Kind, str]] = {
 
 
 class FaultKind(BaseModel):
-    """What can be broken, and where."""
+    """A fault that the demo can have, and its possible targets."""
 
     kind: Kind
     title: str
@@ -55,14 +55,14 @@ class DemoFault(BaseModel):
 
 
 class Faults(BaseModel):
-    """What can be broken, and what is."""
+    """Faults that the demo can have, and the present ones."""
 
     kinds: list[FaultKind]
     faults: list[DemoFault]
 
 
 class FaultRequest(RequestModel, json_schema_extra=example(kind="ems", target="line1.3F")):
-    """What to break."""
+    """A fault to cause, and its target."""
 
     kind: Kind
     target: str | None = Field(
@@ -121,7 +121,7 @@ class DemoFaults:
 
         @rows.delete("/demo/faults", Right.OPERATE, leased=False)
         async def end_demo_faults() -> Faults:
-            """End all faults of the demo. What they have caused, such as an alarm, is left to be seen to."""
+            """End all faults of the demo. Their consequences, such as an alarm, are left to be seen to."""
             self.end()
             return self.all()
 

@@ -70,10 +70,10 @@ def run(port: int) -> None:
 
 def _require_free(ports: Sequence[int]) -> None:
     for port in ports:
-        with socket.socket() as it:
-            it.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        with socket.socket() as probe:
+            probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
             try:
-                it.bind(("127.0.0.1", port))
+                probe.bind(("127.0.0.1", port))
             except OSError:
                 raise Failure(
                     f"Port {port} is taken: name another one, make plant PLANT_PORT=9430. Four ports from "
@@ -83,9 +83,9 @@ def _require_free(ports: Sequence[int]) -> None:
 
 
 def _some_port() -> int:
-    with socket.socket() as it:
-        it.bind(("127.0.0.1", 0))
-        return int(it.getsockname()[1])
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        return int(probe.getsockname()[1])
 
 
 def _engine_config(folder: Path, port: int, monitor: int) -> Path:

@@ -10,7 +10,7 @@ KEPT_BACK = 192
 
 
 def connections_possible(wanted: int) -> int:
-    """Let this process open enough files for so many connections; give how many it can have."""
+    """Raise the limit of open files for the `wanted` connections; give how many are possible."""
     soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
     needed = wanted + KEPT_BACK
     if soft != resource.RLIM_INFINITY and soft < needed:

@@ -8,14 +8,14 @@ from typer.core import TyperGroup
 
 DONE = 0
 REFUSED = 1
-"""It was refused, or did not succeed: the gateway's answer says why."""
+"""Exit code of a request that was refused or did not succeed: the gateway's answer says why."""
 USAGE = 2
 NOT_SENT = 3
 """The gateway could not be reached or could not start, or it sent nothing."""
 UNKNOWN = 4
-"""It was sent, and nobody knows what became of it."""
+"""Exit code of a request that was sent, and whose outcome is unknown."""
 UNDER_WAY = 5
-"""It is still going on, though its end was waited for."""
+"""Exit code of an action that is still under way when the wait for its end is over."""
 CONFIG = 78
 
 IN_WORDS = (

@@ -12,8 +12,8 @@ from gateway.core.toml_files import ConfigError
 def untrusted(file: Path, config: Config) -> Iterator[str]:
     """Say which files of a configuration others than root and its user may change, or read a secret in."""
     server = config.server
-    files = [file, *(it for it in (server.tls_certificate, server.tls_key) if it is not None)]
-    for path in dict.fromkeys(it for file in files for it in (file, file.resolve().parent)):
+    files = [file, *(file for file in (server.tls_certificate, server.tls_key) if file is not None)]
+    for path in dict.fromkeys(path for file in files for path in (file, file.resolve().parent)):
         yield from _changed_by_others(path)
     if server.tls_key is not None and _mode_of(server.tls_key) & S_IROTH:
         yield f"everybody on this machine may read the key {server.tls_key}: chmod o-r it"

@@ -1,4 +1,4 @@
-"""What a search has found, as a configuration with comments."""
+"""The results of a search, as a configuration with comments."""
 
 from collections.abc import Iterator, Sequence
 
@@ -29,9 +29,9 @@ def config_of(found: Sequence[Found], *, finished: bool) -> str:
     """
     taken: set[str] = set()
     tables = []
-    for it in sorted(found, key=lambda it: it.address):
-        rows = _line_rows(it, taken) if isinstance(it, FoundLine) else _robot_rows(it, taken)
-        tables.append("\n".join((*(f"# {row}" for row in it.comment().splitlines()), *rows, "")))
+    for device in sorted(found, key=lambda device: device.address):
+        rows = _line_rows(device, taken) if isinstance(device, FoundLine) else _robot_rows(device, taken)
+        tables.append("\n".join((*(f"# {row}" for row in device.comment().splitlines()), *rows, "")))
     text = "\n".join((HEAD + ("" if finished else BROKEN_OFF) + SERVER, *tables))
     parse(text, "the configuration")
     return text

@@ -1,9 +1,9 @@
-"""Keeps Python's collections of garbage short: what has survived a full one is not looked through again.
+"""Keeps Python's collections of garbage short: objects that survive a full one are not looked through again.
 
-A full collection takes 0.6 us for each object that it looks through, and the event loop waits for it:
-60,000 objects, as a crowd of clients leaves them, are 40 ms. What is dropped later is freed by its count
-as before. A circle that was closed before it survived and is dropped after it is not found any more, so
-what lives long and ends, such as a connection, unties its circles itself.
+A full collection takes 0.6 us for each object that it looks through, and the event loop waits for it: 60,000
+objects, as a crowd of clients leaves them, are 40 ms. An object that is dropped later is freed by its count
+as before. A circle that was closed before it survived and is dropped after it is not found any more, so a
+long-lived object that ends, such as a connection, unties its circles itself.
 """
 
 import gc

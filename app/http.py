@@ -15,7 +15,7 @@ _WRITTEN: Final = "/%:?&=~,;@!$'()*+[]"
 
 
 class NotReached(OSError):
-    """Nobody is there, or nobody can trust who is: nothing was sent."""
+    """No server answers, or its certificate is not trusted: nothing was sent."""
 
 
 class AnswerLost(OSError):
@@ -32,7 +32,7 @@ class HttpAnswer:
 
     @property
     def is_success(self) -> bool:
-        """Whether what was asked for is done, or begun."""
+        """True if the request was carried out or begun."""
         return 200 <= self.status_code < 300
 
     def read(self) -> bytes:

@@ -26,7 +26,7 @@ LINES_PER_S: Final = 2.0
 """Lines of one sort that the requests with one key, or from one network address, may cause."""
 ENDS_AT_ONCE: Final = 200
 ENDS_PER_S: Final = 20.0
-"""The same of what motors did for them; it begins to move no more often, but may be stopped as often."""
+"""Lines a second about ends of motions of one key or network: more, as stops are not limited."""
 _DOORS: Final = ("api", "uvicorn")
 """The loggers of what clients send; others may warn as often as they like."""
 
@@ -37,12 +37,12 @@ _PRIORITY: Final = {
     logging.ERROR: 3,
     logging.CRITICAL: 2,
 }
-"""Of the levels, as sd-daemon(3) counts them."""
+"""Priorities of the levels, as sd-daemon(3) counts them."""
 _CONTROL: Final = {code: f"\\x{code:02x}" for code in (*range(32), 0x7F, 0x85, 0x2028, 0x2029) if code != 9}
-"""What would begin another line or move a terminal's cursor: the network may send it."""
+"""Escapes of characters that begin a line or move a terminal's cursor: the network may send them."""
 
 _ESCAPED: Final = {code: f"\\u{code:04x}" for code in (0x7F, 0x85, 0x2028, 0x2029)}
-"""What JSON lets stand as it is, and some take for the end of a line."""
+"""Escapes of characters that JSON leaves as they are, and some readers take for the end of a line."""
 
 
 _PLAIN: Final = re.compile(r"[^\s\"\\=\[\]]+")
@@ -119,7 +119,7 @@ class _Crowds:
         self._left_out = 0
 
     def pass_over(self, record: logging.LogRecord) -> bool:
-        """Whether a record is left out; the next one that is written says how many were."""
+        """True if a record is left out; the next one that is written says how many were."""
         if not self._has_room(record):
             self._left_out += 1
             return True
@@ -158,7 +158,7 @@ class _Hand(QueueHandler):
     queue: SimpleQueue[Any]
 
     def enqueue(self, record: logging.LogRecord) -> None:
-        """Put it down, or lose it where nobody has read for long."""
+        """Queue a record, or lose it if the queue is full because its reader has stalled."""
         if self.queue.qsize() < MOST_WAITING:
             self.queue.put(record)
 
@@ -176,7 +176,7 @@ class _Writer(QueueListener):
 
 
 def _is_journal(stream: TextIO) -> bool:
-    """Whether a stream leads into the journal of systemd (systemd.exec(5), JOURNAL_STREAM)."""
+    """True if a stream leads into the journal of systemd (systemd.exec(5), JOURNAL_STREAM)."""
     try:
         found = os.fstat(stream.fileno())
     except (OSError, ValueError):

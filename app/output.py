@@ -1,4 +1,4 @@
-"""What commands print: JSON for scripts, tables for people."""
+"""The output of commands: JSON for scripts, tables for people."""
 
 import json
 from collections.abc import Iterable

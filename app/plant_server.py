@@ -96,5 +96,5 @@ async def serve(config: PlantConfig, port: int | None = None) -> None:
         server.should_exit = True
         await serving
         await front.aclose()
-        for it in (*watch, waiting):
-            it.cancel()
+        for task in (*watch, waiting):
+            task.cancel()

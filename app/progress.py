@@ -1,4 +1,4 @@
-"""What goes on while somebody waits, on standard error: nothing in the first two seconds."""
+"""Progress of a long command, on standard error: nothing in the first two seconds."""
 
 import sys
 import time
@@ -9,7 +9,7 @@ from typing import Self
 import typer
 
 QUIET_S = 2.0
-"""What is over sooner needs no words."""
+"""Seconds without words: a command that ends sooner needs none."""
 _CLEAR = "\r\x1b[K"
 
 

@@ -56,7 +56,7 @@ HANDSHAKE_S = 5.0
 QUICK_START_S = 10.0
 """A start that may take longer is told before."""
 START_S = 60.0
-"""What a start may take besides, as TimeoutStartSec in packaging/motion-gateway.service."""
+"""Seconds for the rest of a start, as TimeoutStartSec in packaging/motion-gateway.service."""
 BACKLOG = 2048
 """Connections that may wait to be accepted."""
 REQUESTS_S = 2.0
@@ -71,7 +71,7 @@ class CannotListen(OSError):
 
 @dataclass(frozen=True)
 class Special:
-    """What a demo has, and no other gateway."""
+    """Additions of the demo to a gateway."""
 
     rows: Sequence[Operation] = ()
     """Operations besides those of the table."""
@@ -86,10 +86,10 @@ async def serve(
 ) -> None:
     """Serve until SIGINT, SIGTERM, or the end of the terminal; SIGHUP from elsewhere reads the `file` again.
 
-    `data` is where the keys, the names and the journal are. What `on_exit` leaves moving runs on.
+    `data` is where the keys, the names and the journal are. Motors that `on_exit` leaves moving run on.
 
     :raises CannotListen: no line was opened.
-    :raises ConfigError: `data` has a symbolic link, nobody could be let in, or the certificate cannot be
+    :raises ConfigError: `data` has a symbolic link, no client could be let in, or the certificate cannot be
         used; no line was opened.
     :raises InUse, TooNew: the journal in `data` belongs to another gateway; no line was opened.
     """
@@ -189,7 +189,7 @@ def _membership_maker(config: Config) -> "Callable[[Plant, str, Certificate | No
 
 
 async def _ask_only(*given: Any) -> dict[str, Any]:
-    """Try a line with questions; what that takes is loaded when somebody asks for it."""
+    """Try a line with questions; the package for it is loaded with the first request."""
     from commissioning.run import ask_only
 
     return await ask_only(*given)
@@ -272,7 +272,7 @@ class _Signals:
             self._end(number)
 
     def _end(self, number: int) -> None:
-        """End because of a signal; after a second one nobody is waited for."""
+        """End because of a signal; a second one ends every wait."""
         name = signal.Signals(number).name
         if self._ending.is_set():
             log.warning("%s again: ending without waiting any longer", name)
@@ -298,7 +298,7 @@ async def _reload(plant: Plant) -> None:
 
 
 def _has_lost_terminal() -> bool:
-    """Whether the process was started at a terminal that is closed now."""
+    """True if the process was started at a terminal that is closed now."""
     return _AT_TERMINAL and not _has_terminal()
 
 
@@ -314,7 +314,7 @@ _AT_TERMINAL = _has_terminal()
 
 
 def _handled() -> list[signal.Signals]:
-    """Those that end the gateway; that of a closed terminal too, unless it was started with nohup."""
+    """The signals that end the gateway; SIGHUP is one unless it was started with nohup."""
     ignored = signal.getsignal(signal.SIGHUP) is signal.SIG_IGN
     return [signal.SIGINT, signal.SIGTERM, *([] if ignored else [signal.SIGHUP])]
 
@@ -359,7 +359,7 @@ class _Server(uvicorn.Server):
     """A server whose signals are ours, and that ends step by step."""
 
     async def startup(self, sockets: list[socket.socket] | None = None) -> None:
-        """Listen. A TLS handshake that does not end gives its place back soon: nobody counts it yet."""
+        """Listen. A TLS handshake that does not end gives its place back soon, for it is in no count yet."""
         await super().startup(sockets=[])
         protocol: Any = self.config.http_protocol_class
         for listener in sockets or ():
@@ -387,7 +387,7 @@ class _Server(uvicorn.Server):
     def _has_websockets(self) -> bool:
         from api.front.websocket_protocol import WebSocketProtocol
 
-        return any(isinstance(it, WebSocketProtocol) for it in self.server_state.connections)
+        return any(isinstance(connection, WebSocketProtocol) for connection in self.server_state.connections)
 
     async def end_requests(self, serving: "asyncio.Task[None]") -> None:
         """Take no more requests, and let those that are under way end."""

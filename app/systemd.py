@@ -1,4 +1,4 @@
-"""What systemd is told: that the gateway is ready, that it ends, and that its lines work (sd_notify(3))."""
+"""Messages to systemd: that the gateway is ready, that it ends, and that its lines work (sd_notify(3))."""
 
 import os
 import socket
@@ -30,7 +30,7 @@ def expect_long_start(longest_s: float, why: str) -> None:
 
 
 def watchdog_wanted() -> bool:
-    """Whether the service manager waits for signs of life from this very process."""
+    """True if the service manager waits for signs of life from this very process."""
     return bool(os.environ.get("WATCHDOG_USEC")) and os.environ.get("WATCHDOG_PID") in (
         None,
         str(os.getpid()),

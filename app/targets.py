@@ -1,4 +1,4 @@
-"""What a word on the command line means: an address, or the name that the configuration gives."""
+"""The target of a command: a word is an address, or a name that the configuration gives."""
 
 import re
 from dataclasses import dataclass
@@ -11,13 +11,13 @@ from gateway.core.spelling import is_numbered, numbered_address
 Kind = Literal["bodies", "groups", "scaras", "robots"]
 
 FIRST_GROUP = 0x80
-"""As in `protocols.rorze.row`, which takes long to load."""
+"""Least number of a virtual body, as in `protocols.rorze.row`, which takes long to load."""
 _UNIT = re.compile("(.+?)(?:/units)?/([1-9])", re.IGNORECASE)
 
 
 @dataclass(frozen=True, slots=True)
 class NamedTarget:
-    """Who is meant; `unit` is the number of a robot's unit, where one was named."""
+    """The target of a command; `unit` is the number of a robot's unit, where one was named."""
 
     kind: Kind
     address: str
@@ -32,7 +32,7 @@ class NamedTarget:
 
     @property
     def filter(self) -> str:
-        """What names it in a filter of events."""
+        """The target's part of a filter of events."""
         return self.address + (f"/units/{self.unit}" if self.unit else "")
 
     def unit_path(self) -> str:
@@ -55,9 +55,9 @@ def numbered(word: str) -> NamedTarget | None:
 
 
 def find(client: Client, word: str) -> NamedTarget:
-    """Find who is meant: an address means itself, whatever names there are.
+    """Find the target of a word: an address means itself, whatever names there are.
 
-    :raises Failure: nobody has this name, or several have; or the gateway did not tell.
+    :raises Failure: no target has this name, or several have; or the gateway did not tell.
     """
     if target := numbered(word):
         return target
@@ -72,19 +72,21 @@ def find(client: Client, word: str) -> NamedTarget:
         return NamedTarget("scaras", word.lower())
     found = [_robot(robot, number) for robot in robots if robot["name"] == name]
     if number is None:
-        found += [NamedTarget("scaras", it["scara_id"]) for it in scaras if it["name"] == name]
+        found += [NamedTarget("scaras", scara["scara_id"]) for scara in scaras if scara["name"] == name]
         found += _named(client, "bodies", "body_id", name) + _named(client, "groups", "group_id", name)
     if len(found) == 1:
         return found[0]
     if found:
-        raise Misuse(f"{word!r} is the name of {' and '.join(it.address for it in found)}: say the address")
+        raise Misuse(
+            f"{word!r} is the name of {' and '.join(target.address for target in found)}: say the address"
+        )
     raise Misuse(f"There is nothing called {word!r}; `motion-gateway status` lists what there is")
 
 
 def _robot(robot: dict[str, Any], unit: int | None) -> NamedTarget:
-    return NamedTarget("robots", robot["robot_id"], unit, tuple(it["number"] for it in robot["units"]))
+    return NamedTarget("robots", robot["robot_id"], unit, tuple(unit["number"] for unit in robot["units"]))
 
 
 def _named(client: Client, kind: Kind, id_key: str, name: str) -> list[NamedTarget]:
     listed = client.request("GET", f"/{kind}")[kind]
-    return [NamedTarget(kind, it[id_key]) for it in listed if it["name"] == name]
+    return [NamedTarget(kind, item[id_key]) for item in listed if item["name"] == name]

@@ -13,7 +13,7 @@ log = logging.getLogger(__name__)
 
 RECHECK_S: Final = 5.0
 CIPHERS: Final = "ECDHE+AESGCM:ECDHE+CHACHA20"
-"""Of TLS 1.2: forward secrecy and authenticated encryption, so nothing with CBC; 1.3 has nothing else."""
+"""Cipher suites of TLS 1.2: forward secrecy and authenticated encryption, no CBC; 1.3 has nothing else."""
 
 
 class Certificate:
@@ -82,7 +82,7 @@ class Certificate:
             found = [file.stat() for file in self._files]
         except OSError:
             return None
-        return [(it.st_mtime_ns, it.st_ino, it.st_size) for it in found]
+        return [(status.st_mtime_ns, status.st_ino, status.st_size) for status in found]
 
 
 def _first_certificate(pem: str) -> str:
@@ -91,7 +91,7 @@ def _first_certificate(pem: str) -> str:
 
 
 def _no_passphrase() -> str:
-    """What OpenSSL would otherwise ask at the terminal, and the whole gateway would wait for the answer."""
+    """Refuse a passphrase: OpenSSL would ask at the terminal, and the whole gateway would wait for it."""
     raise OSError("the key has a passphrase, for which nobody is asked; keep it without one, mode 600")
 
 

@@ -1,4 +1,4 @@
-"""What goes over a line, in words: an answer behind its question, by the tables of both families."""
+"""Frames of a line in words: an answer behind its question, by the tables of both families."""
 
 import re
 from collections.abc import Iterable, Iterator, Mapping
@@ -11,7 +11,7 @@ from protocols.rorze.status import CONTROLLER_STATUS_BITS, END_CAUSE_BITS, SENSO
 
 Record = Mapping[str, Any]
 OWN: Final = "gateway: "
-"""So begins the caller of what the gateway asks by itself."""
+"""Prefix of the caller of the gateway's own questions."""
 ACCEPTED: Final = "accepted"
 _RORZE: Final = re.compile(r">?&([0-9A-F]{2})(?:@([0-9A-F]{2})|([0-9A-Z][0-9A-Z+*-][0-9A-Z])(.*?))(?:\\r|$)")
 _FICS: Final = re.compile(r"([0-9A-Z]{3})(?: (.*?))?(?:\\r|$)")
@@ -43,7 +43,7 @@ def _paired(records: Iterable[Record]) -> Iterator[tuple[Record, Record | None]]
 
 
 def _subject(record: Record) -> str:
-    """What a command and its answer have in common: a refusal names its body alone."""
+    """The part that a command and its answer share: a refusal names its body alone."""
     found = _RORZE.match(record["data"]) or _FICS.match(record["data"])
     return found[1] if found else ""
 

@@ -30,22 +30,24 @@ class WordedCommand(TyperCommand):
         return super().shell_complete(ctx, incomplete)
 
     def _put_words_in(self) -> None:
-        for it in self.params:
-            text = getattr(it, "help", None)
+        for param in self.params:
+            text = getattr(param, "help", None)
             if text is not None and text.startswith(_FROM_ROW):
-                it.help = told(*text.removeprefix(_FROM_ROW).split("."))  # type: ignore[attr-defined]  # it has one
+                param.help = told(*text.removeprefix(_FROM_ROW).split("."))  # type: ignore[attr-defined]  # it has one
 
 
 def told(operation: str, member: str) -> str:
-    """What the row of an operation says of a member of its request, or of a parameter.
+    """The description of a member of an operation's request, or of a parameter, in its row.
 
     :raises KeyError: it has none of this name.
     :raises ValueError: there is no such operation.
     """
     from gateway.door import operations
 
-    [row] = (it for it in operations() if it.name == operation)
+    [row] = (candidate for candidate in operations() if candidate.name == operation)
     if row.request is not None and member in row.request.model_fields:
         return str(row.request.model_fields[member].description)
-    [field] = (it for it in row.parameters[member].annotation.__metadata__ if it.description)
+    [field] = (
+        field_info for field_info in row.parameters[member].annotation.__metadata__ if field_info.description
+    )
     return str(field.description)

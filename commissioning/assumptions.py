@@ -27,7 +27,7 @@ class Assumption:
     held: str
     """The constant or setting that holds it."""
     probe: str
-    """How it is tried."""
+    """The trial, in a sentence."""
     false: str
     """The meaning of its failure."""
     needed: str
@@ -40,7 +40,7 @@ class Assumption:
     person: bool = False
     """A person has to switch the power during the trial."""
     harmless: bool = False
-    """Its failure needs no change: the gateway is right all the same."""
+    """True if the gateway is right even if the assumption fails: nothing has to be changed."""
     rest: str = ""
     """The shortcoming that is left, with the change where there is one."""
 

@@ -25,7 +25,7 @@ LEAST_EACH = 3
 ALLOWANCE = 2.0
 """Times by which a proposed limit exceeds what was measured."""
 MODEL_TURNAROUND_S = 0.003
-"""From question to reply, as the gateway plans it."""
+"""Time in seconds from a question to its reply in the gateway's own plan."""
 ROUNDING = 1e-3
 SLOW_SHARE = 0.5
 """A reply that takes this share of the reply timeout leaves too little of it."""
@@ -47,7 +47,7 @@ Consent = Callable[[Assumption, str, str], Awaitable[bool]]
 
 
 async def nobody(_row: Assumption, _subject: str, _what: str) -> bool:
-    """No consent: nobody is there who could give it."""
+    """Refuse consent: there is no person at a terminal to give it."""
     return False
 
 
@@ -71,7 +71,7 @@ class Bench:
         self.terms = terms
         self.patience_s = PATIENCE_S
         self.asked: dict[Key, float] = {}
-        """When each numbered question was on the wire."""
+        """Times at which numbered questions were on the wire, in seconds of the port's clock."""
         self.serial_numbers: dict[str, str] = {}
         """Versions and serial numbers that controllers tell."""
         self.memory: dict[str, Any] = {}
@@ -92,7 +92,7 @@ class Bench:
         raise NotImplementedError
 
     def key_of(self, heard: bytes) -> Key | None:
-        """Which numbered question a line answers, if it answers one."""
+        """Give the speaker and number of the question that a received line answers; None for other lines."""
         raise NotImplementedError
 
     @property
@@ -116,7 +116,7 @@ class Bench:
         return answered
 
     def within_s(self, frame: bytes) -> float:
-        """How long an answer is waited for."""
+        """Longest wait for the answer to a frame, in seconds."""
         return (len(frame) + LONGEST_ANSWER) * self.talk.port.byte_time_s + self.patience_s
 
     async def consents(self, row: Assumption, subject: str, what: str) -> bool:

@@ -1,4 +1,4 @@
-"""One port that is spoken to by nobody else: every frame that passes is kept, with its time."""
+"""One port that only the trials use: every frame that passes is kept, with its time."""
 
 import asyncio
 from collections.abc import Callable

@@ -309,7 +309,7 @@ async def dpram_map(row: Assumption, bench: FicsBench) -> Finding:
 
 
 TAKEN: Final = 0.001
-"""How often the flag is looked at while a message waits in the RAM, in seconds."""
+"""Seconds between looks at the flag of a message that waits in the dual-port RAM."""
 
 
 async def dpram_times(row: Assumption, bench: FicsBench) -> Finding:

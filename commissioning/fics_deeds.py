@@ -34,13 +34,13 @@ from transports import TransportError
 VALUES: Final = (0.125, -12345.678, 99_999_999.0)
 """Numbers of many digits."""
 LISTEN_S: Final = 0.05
-"""A robot whose power is switched is asked so often."""
+"""Seconds between questions to a robot whose power is switched or whose axis moves."""
 LEAST_GAP_S: Final = 0.15
 """A shorter silence is none."""
 RETURNS_S: Final = 60.0
-"""A robot is back so long after its power was switched on, or it is missing."""
+"""Seconds after its power is switched on by which a robot answers, or it is missing."""
 EARLY_S: Final = 0.5
-"""Somebody may answer so long before the switch is on."""
+"""Seconds by which the first answer may precede the word of the person at the switch."""
 UNIT_HOLDS_S: Final = 0.5
 SLOW_PERCENT: Final = 5.0
 LONGEST_MOVE_S: Final = 60.0
@@ -54,7 +54,7 @@ NEEDS_A_BOOT: Final = (
 
 
 async def _agreed(row: Assumption, bench: FicsBench, what: str) -> Finding | None:
-    """Why a robot may not be touched: nobody agrees, it does not answer, or it does not stand still."""
+    """Give the reason not to touch a robot: it does not answer, no person agrees, or it is not at rest."""
     if not await bench.is_there():
         return cannot_tell(row, NOBODY)
     robot = bench.line.robot.id
@@ -68,7 +68,7 @@ async def _agreed(row: Assumption, bench: FicsBench, what: str) -> Finding | Non
 
 
 async def _refused(bench: FicsBench, command: FicsCommand[Any]) -> str | None:
-    """Send a command, and give the error it was refused with; in Ver.2 nobody tells unless asked (ERR)."""
+    """Send a command, and give the error that refused it; a robot in Ver.2 tells it only if asked (ERR)."""
     reply = await bench.read(GetCommunicationMode()) if not bench.memory.get("uploading") else None
     tells = reply is not None and reply.mode == HostMode.VER_3
     bench.memory["tells"] = tells = bench.memory.get("tells", tells) if reply is None else tells
@@ -176,11 +176,12 @@ class Outage:
 
     silent_s: float
     boots_s: float
-    """The least from the power to the first answer; 0 where it was back before anybody said so."""
+    """Least time in seconds from the power to the first answer; 0 if it answered before the switch was
+    reported."""
     homed: bool
     """Before."""
     positions: str
-    """After."""
+    """The answer of the position query after the outage."""
     error: str
     """The answer of ERR after."""
 
@@ -347,7 +348,7 @@ async def _slowly(bench: FicsBench, way: Way) -> AsyncIterator[bool]:
 
 
 async def _stands(bench: FicsBench) -> float | None:
-    """Wait until the robot stands; where its first axis is then. What goes on for too long is stopped."""
+    """Wait until the robot stands, and give the place of its first axis; stop a move that takes too long."""
     deadline = bench.talk.now() + LONGEST_MOVE_S
     while bench.talk.now() < deadline:
         status = await bench.read(GetAxisStatus())

@@ -64,7 +64,7 @@ PAGES: Final[Mapping[str, tuple[str, Callable[[], Iterator[str]]]]] = MappingPro
         "hardware.md": ("### Lines of both kinds", hardware),
     }
 )
-"""By page: the row with which its tables begin, up to the end of the page, and what makes them."""
+"""Pages by their paths under docs: the row with which the tables begin, and the function that writes them."""
 
 
 def written(name: str) -> str:

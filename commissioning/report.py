@@ -24,7 +24,7 @@ class Setting(BaseModel):
     """Below the line's table, such as `stop_mode` or `bodies.3F.power_comment`."""
     now: Any
     proposed: Any = None
-    """None where it is right as it is."""
+    """The value that makes the gateway right; null if the present one is."""
 
 
 class Outcome(BaseModel):
@@ -33,7 +33,7 @@ class Outcome(BaseModel):
     assumption: str
     result: Result
     setting: Setting | None = None
-    """None where no setting holds the assumption."""
+    """The setting that holds the assumption; null if no setting does."""
     needed: str | None = None
     """The needs of a trial that could not tell."""
     seen: str
@@ -45,7 +45,7 @@ class Measured(BaseModel):
 
     replies_s: list[float] = Field(default_factory=list)
     copies_s: list[float] = Field(default_factory=list)
-    """From a reply to each of its copies."""
+    """Times from a reply to each of its copies."""
 
 
 class Report(BaseModel):

@@ -26,7 +26,7 @@ from transports import TransportError
 TRIED: Final = "Try 1a-Z_9.x"
 """A comment of all kinds of signs that a mark and people's own texts have."""
 RETURNS_S: Final = 60.0
-"""A controller is back so long after its power was switched on, or it is missing."""
+"""Seconds after its power is switched on by which a controller answers, or it is missing."""
 ASK_AGAIN_S: Final = 0.5
 LONGEST_MOVE_S: Final = 60.0
 SAMPLE_S: Final = 0.05
@@ -47,9 +47,9 @@ class Kept:
     told: str = ""
     """The comment as it was read back."""
     before: int = 0
-    """Its position."""
+    """The position before, in pulses."""
     comment: str | None = None
-    """After; None where nobody has switched the power, or the body did not come back."""
+    """The comment after; None if the power was not switched, or the body did not come back."""
     after: int | None = None
 
 
@@ -124,7 +124,7 @@ async def _comment_and_place(bench: RorzeBench, body: int, number: int) -> tuple
 
 
 async def _define(row: Assumption, bench: RorzeBench, body: int) -> int | None:
-    """Define a virtual body that nobody uses; None where nobody agrees, or it is not answered."""
+    """Define a virtual body with an unused number; None if no person agrees, or it does not answer."""
     taken = {it.number for it in bench.line.groups} | set(bench.line.sweep_numbers)
     group = next(it for it in range(LAST_GROUP, FIRST_GROUP - 1, -1) if it not in taken)
     what = f"RC-400: virtual body {group:02X} is defined (XVS). No motor moves because of it. Do it?"
@@ -310,7 +310,7 @@ async def _there_and_back(row: Assumption, bench: RorzeBench, way: Way) -> Findi
 
 
 async def _move(bench: RorzeBench, way: Way, target: int) -> tuple[list[tuple[float, float]], int | None]:
-    """Move slowly; the positions on the way, and where it stands. What goes on for too long is stopped."""
+    """Move slowly; gives the positions on the way and the last place. A move that takes too long is ended."""
     answer = await bench.ask(way.body, MoveToSlowly(position=target))
     if not isinstance(answer, Answer):
         await bench.ask(way.body, StopImmediately())

@@ -21,7 +21,7 @@ BENCHES: Final[Mapping[str, tuple[Callable[..., Bench], Mapping[str, Any]]]] = M
     {"rorze": (rorze.RorzeBench, rorze_deeds.TRIALS), "fics": (fics.FicsBench, fics_deeds.TRIALS)}
 )
 STUCK_MS: Final = 10_000
-"""How long a robot may leave a message in its dual-port RAM while that is measured."""
+"""Longest time in ms for which a message may wait in the dual-port RAM while that is measured."""
 ECHO: Final = "echo"
 AFTER_A_SURPRISE: Final = "See to {slug} first: change what is proposed, or find out why it is so."
 
@@ -110,9 +110,10 @@ async def _walk(bench: Bench, trials: Mapping[str, Any], tell: Tell) -> tuple[li
 
 
 def _bars(row: Assumption, finding: Finding) -> tuple[Level, ...]:
-    """Which trials do not follow this one: after a surprise none but questions, after a change no motion.
+    """Give the levels of trials that are left out after this one.
 
-    Among echoes nothing can be learnt: they would be taken for answers.
+    After a surprise only questions are left, after a change no motion, and among echoes nothing: an echo
+    would be taken for an answer.
     """
     if finding.surprise and row.slug == ECHO:
         return tuple(Level)

@@ -94,7 +94,8 @@ class Sight:
         self._verdicts = verdicts
         known = [it for it in (verdicts or {}).values() if it is not None]
         self._sees_unasked = all(it.sees and it.scope is None for it in known)
-        """A gateway that cannot be asked is seen by those whom all others let see everything."""
+        """True if a gateway that cannot be asked is visible: every other gateway lets this caller see
+        everything."""
 
     def sees(self, event: PlantEvent) -> bool:
         """Tell if the caller may see an event."""

@@ -25,9 +25,9 @@ class Claims:
         self._sending: set[asyncio.Task[None]] = set()
 
     async def agree(self, connection: Connection) -> None:
-        """Hear what others say before anything is claimed.
+        """Read the claims of the other gateways before this one claims any line.
 
-        :raises EngineTrouble: nobody tells.
+        :raises EngineTrouble: the servers do not answer.
         """
         lines = self._ownership.owners
         if not lines:
@@ -49,7 +49,7 @@ class Claims:
         self._ownership.on_claim = lambda _line, _epoch: None
 
     def note_event(self, event: Event) -> None:
-        """Have others hear which moves are under way now: whoever takes the line over goes on with them."""
+        """Publish which moves are under way on a line, for the gateway that may take the line over."""
         if self._connection is None or not self._ownership.owners or ".move." not in event.type:
             return
         line = self._plant.line_of(event.subject)

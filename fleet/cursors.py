@@ -16,7 +16,7 @@ def written(places: Mapping[str, str]) -> str:
 
 
 def read(text: str) -> dict[str, str]:
-    """Read it. Of a gateway that it does not name, everything is still to come.
+    """Read a cursor into the places of its gateways; a gateway that is not named begins with its first event.
 
     :raises InvalidRequest: it is no cursor of a plant.
     """

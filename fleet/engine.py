@@ -34,7 +34,7 @@ LAST_SEQUENCE: Final = "Nats-Expected-Last-Subject-Sequence"
 CONNECT_S: Final = 2
 PING_S: Final = 1
 PINGS: Final = 2
-"""A server that leaves so many pings without an answer is given up: one that is suspended, for example."""
+"""Unanswered pings after which a server is given up, for example one that is suspended."""
 ANSWER_S: Final = 5.0
 CLOSE_S: Final = 1.0
 LOOK_S: Final = 0.2

@@ -15,7 +15,7 @@ class GatewayUnreached(NotSent):
 
 
 class NameTaken(NotSent):
-    """Two gateways have the name in an address: nobody knows whose motor is meant. Nothing was sent."""
+    """Two gateways have the name in an address, so the motor is ambiguous. Nothing was sent."""
 
     kind = "gateway-conflict"
     retryable = False

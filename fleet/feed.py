@@ -31,7 +31,7 @@ class PlantEvent(NamedTuple):
     cursor: str
     type: str
     subject: str
-    """With the gateway's name in its address."""
+    """The subject, with the gateway's name in its address."""
     json: str
 
 
@@ -67,9 +67,9 @@ class Feed:
         """Plain tuples of texts are nothing to the garbage collector: events of a class took it 40 ms."""
         self._capacity = capacity
         self.first = 1
-        """The place of the oldest event; places are this process's own and are told to nobody."""
+        """The place of the oldest event; places are valid in this process alone and are in no answer."""
         self.holes = 0
-        """How often events of a gateway were missing."""
+        """Number of gaps in the events of the gateways."""
         self._places: dict[str, dict[str, int]] = {}
         """Places of ids and cursors, by gateway."""
         self.newest: dict[str, str] = {}

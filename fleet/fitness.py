@@ -26,7 +26,7 @@ from gateway.membership import Engine
 log = logging.getLogger(__name__)
 
 MONITOR_PORT: Final = 8222
-"""Where servers tell their settings unless they are told otherwise."""
+"""Default port on which servers publish their settings."""
 WITHIN_S: Final = 2.0
 OLDEST: Final = (2, 12)
 """The first version that takes several events together or not at all."""

@@ -35,7 +35,7 @@ log = logging.getLogger(__name__)
 AGAIN_S: Final = 1.0
 HEARTBEAT_S: Final = 1.0
 SILENT_S: Final = 4.0
-"""A stream that has told nothing for so long, not even that there is nothing, is asked for anew."""
+"""Seconds without a message or a heartbeat after which a stream is asked for anew."""
 _NS: Final = 1_000_000_000
 
 

@@ -43,7 +43,7 @@ from gateway.version import VERSION
 
 KEEP_ALIVE_S: Final = 15.0
 RECHECK_S: Final = 5.0
-"""How often it is asked whether the key of an event stream is still good."""
+"""Seconds between checks that the key of an open event stream is still valid."""
 CONTENT_S: Final = 10.0
 """A request's content is there by then, or the request is refused."""
 MOST_BYTES: Final = 1_000_000

@@ -59,7 +59,7 @@ AGAIN_S: Final = 1.0
 TAKEN_S: Final = 30.0
 """Seconds until it is looked again if another gateway has the same name."""
 UNREACHABLE_S: Final = 5.0
-"""A trouble that lasts so long is told."""
+"""Seconds for which a trouble has to last before it becomes an alarm."""
 HEADERS_BYTES: Final = 1024
 TOO_LARGE: Final = "left out: larger than a message of the plant may be"
 
@@ -104,7 +104,7 @@ class Member:
         self._task = asyncio.create_task(self._run(), name="member of the plant")
 
     async def stop(self) -> None:
-        """End it. What the stream does not have yet is sent in the next life."""
+        """End the membership; events that the stream does not have yet are sent after the next start."""
         if self._task is not None:
             await end([self._task])
 
@@ -256,10 +256,10 @@ class Member:
         return cursor if is_cursor(cursor) else None, int(headers["Nats-Sequence"])
 
     async def _send(self, connection: Connection, events: Sequence[Event], sequence: int) -> int:
-        """Have all of these taken, or none: behind the message that is the last of this gateway now.
+        """Publish all of these events or none, directly behind this gateway's last message in the stream.
 
-        :raises Overtaken: it is not the last any more; nothing was taken.
-        :raises EngineTrouble: nobody knows whether they were taken.
+        :raises Overtaken: another message came between; nothing was taken.
+        :raises EngineTrouble: the events may or may not have been taken.
         """
         *first, last = [self._message(connection, event) for event in events]
         subject = events_of(self._membership.name)
@@ -295,7 +295,7 @@ class Member:
     # stops
 
     async def _hear_stop(self, message: Msg) -> None:
-        """Stop everything because of a message; one that nobody may send is counted with the refusals."""
+        """Stop everything because of a message; one whose key is not good here is refused and counted."""
         try:
             asked = StopMessage.model_validate_json(message.data)
         except ValidationError:

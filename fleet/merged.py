@@ -36,7 +36,7 @@ class Merged:
         self._last: dict[tuple[str, str, str], tuple[float, Any]] = {}
 
     async def listed(self, what: str, query: str, caller: Caller) -> dict[str, Any]:
-        """Give one of `LISTS`. Of a gateway that does not answer stands what it told this caller last.
+        """Give one of `LISTS`; for a gateway that does not answer, its last answer to this caller is used.
 
         Such an item has no state of its own any more: `unheard` is true, `heard_age_s` its age, and what the
         gateway told then stands in `last_known`.

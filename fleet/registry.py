@@ -51,8 +51,8 @@ class Gateway:
 class Registry:
     """All gateways that were ever heard, and those that the configuration names with their addresses.
 
-    The key of a caller is shown at an address: so that of the configuration counts, and not another one that
-    somebody with stolen credentials has put into the registry.
+    A caller's key is sent to that address: the address of the configuration counts, never a different one
+    that an intruder with stolen credentials has put into the registry.
     """
 
     def __init__(

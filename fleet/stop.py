@@ -24,7 +24,7 @@ ANSWER_S: Final = 2.0
 GOES_ON_S: Final = 60.0
 AGAIN_S: Final = 0.5
 LISTEN_S: Final = 3.0
-"""After a stop was sent by the servers the reports of the gateways are heard for so long."""
+"""Seconds for which reports of gateways are awaited after the servers took a stop."""
 State = Literal["confirmed", "unconfirmed", "unreached"]
 
 
@@ -40,11 +40,11 @@ class Attempt:
     refused: str | None = None
     why: str = "it has not answered"
     done: asyncio.Event = field(default_factory=asyncio.Event)
-    """Its report has come, or its refusal."""
+    """Event that is set by the gateway's report or refusal."""
 
     @property
     def state(self) -> State:
-        """How far it has come."""
+        """Give the progress of the stop at this gateway."""
         if self.report is not None:
             is_confirmed = self.report["confirmed"] and self.conflict is None
             return "confirmed" if is_confirmed else "unconfirmed"

@@ -6,7 +6,7 @@ from pydantic import BaseModel, ConfigDict, Field
 
 
 class StopMessage(BaseModel):
-    """A stop of everything. Of the caller's key it has the hash, which is good for stops and no more."""
+    """A stop of everything. It carries the hash of the caller's key, which is good for stops and no more."""
 
     model_config = ConfigDict(extra="ignore", frozen=True)
 

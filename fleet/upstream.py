@@ -19,10 +19,10 @@ from fleet.registry import Gateway, Registry
 log = logging.getLogger(__name__)
 
 BEAT_S: Final = 2.0
-"""Each gateway is asked whether it lives so often: a stop finds an open connection then."""
+"""Seconds between health checks of each gateway: they keep a connection open for a stop."""
 CONNECT_S: Final = 2.0
 WITHIN_S: Final = 2.0
-"""A list of the plant waits so long for each gateway."""
+"""Longest wait in seconds for each gateway's part of a list of the plant."""
 LONGEST_S: Final = 90.0
 """A command may wait for the end of its move."""
 PASSED_ON: Final = frozenset(
@@ -37,7 +37,7 @@ _KEY: Final = "mg_"
 
 @dataclass(frozen=True)
 class Caller:
-    """Somebody who asks the plant: what that shows to the gateways."""
+    """A client of the plant, by the headers that are passed on to the gateways."""
 
     authorization: str = ""
     language: str = ""
@@ -133,7 +133,7 @@ class Upstream:
         content: bytes = b"",
         within_s: float | None = LONGEST_S,
     ) -> httpx.Response:
-        """Ask a gateway; the answer is read by whoever asks. Errors as of `ask`."""
+        """Ask a gateway, and leave the answer's body to the caller to read. Errors as of `ask`."""
         timeout = httpx.Timeout(within_s, connect=CONNECT_S, pool=CONNECT_S)
         request = self._client.build_request(
             method, f"{gateway.url}{path}", headers=dict(headers), content=content or None, timeout=timeout
@@ -153,7 +153,7 @@ class Upstream:
     def open_socket(
         self, gateway: Gateway, path: str, headers: Mapping[str, str], subprotocols: Sequence[str]
     ) -> connect:
-        """Make a WebSocket to a gateway; whoever enters it connects."""
+        """Make a WebSocket to a gateway; entering it as a context connects."""
         return connect(
             f"ws{gateway.url.removeprefix('http')}{path}",
             additional_headers=headers,

@@ -13,7 +13,7 @@ from protocols.table import Effect, WireFault
 NUMBERED: Final = frozenset({"gateway: fence", "gateway: probe"})
 """The callers of questions whose numbers are drawn, and that tell nothing but their own."""
 UNIT: Final = b"|"
-"""Between the selected unit and the text of a key."""
+"""Separator of the selected unit and the text in a key."""
 _MARK: Final = re.compile(rb"GW-[0-9a-f]{8}")
 _DIGITS: Final = re.compile(rb"\d+")
 _SELECTED: Final = re.compile(rb"UNT (\d+)")
@@ -136,7 +136,7 @@ class Rorze(Dialect):
         return None if row is None else row.effect
 
     def prepares(self, frame: bytes, /) -> bool:
-        """Sets a mark, by which a loss of power is seen: for whoever asks first."""
+        """Tell whether a frame sets the mark by which a later question sees a loss of power."""
         return _MARK.search(frame) is not None
 
     def numbered(self, frame: bytes) -> bytes:

@@ -104,7 +104,7 @@ def _owner_of(reply: bytes, recent: Sequence[Exchange], dialect: Dialect) -> Exc
 
 
 RECENT: Final = 256
-"""A reply answers one of so many frames before it."""
+"""Number of preceding frames that a reply may answer."""
 
 
 def _flush(exchanges: Sequence[Exchange], rest: bytes, at_s: float) -> bytes:

@@ -86,5 +86,5 @@ def _samples(recording: Recording) -> Iterator[Message]:
 
 
 def _number(text: str) -> float | None:
-    """A place; null where nobody knows it."""
+    """A position; None while it is unknown."""
     return float(text) if text else None

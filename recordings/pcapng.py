@@ -1,8 +1,8 @@
 """Recordings as pcapng: every record of every line, for Wireshark (draft-ietf-opsawg-pcapng).
 
 A line is an interface of link type USER0; a record is a packet with its direction, and the request behind it
-as its comment. What happened at the port (opened, lost, closed) is a packet without bytes, with that word as
-its comment.
+as its comment. An event of the port (opened, lost, closed) is a packet without bytes, with that word as its
+comment.
 """
 
 import heapq

@@ -20,7 +20,7 @@ from transports.base import Receiver, Transport, TransportLost, TransportUnavail
 from transports.trace import Sender, escape
 
 EARLY_S: Final = 0.05
-"""A port may be opened, and an answer may be due, so much earlier than it was recorded."""
+"""Seconds by which an opening of a port or an answer may precede its recorded time."""
 OPENING_S: Final = 0.001
 """An answer's lead where all is written in the same order."""
 LONGEST_DRAWN: Final = 11
@@ -62,7 +62,7 @@ class Difference:
     then: Written | None
     now: Written | None
     decided: Sequence[str] = ()
-    """Where the gateway has decided it, the innermost function last."""
+    """Functions of the gateway that decided the frame, the innermost last."""
 
     @property
     def place(self) -> str:
@@ -92,7 +92,7 @@ class ReplayPort(Transport):
         self.numbers: Sequence[int] = ()
         """The numbers of the fences that were written then."""
         self._fences = self._drawn = 0
-        """How many are written now, and drawn to be written."""
+        """Numbers of fences that are written, and that were drawn to be written."""
 
     @property
     def byte_time_s(self) -> float:
@@ -254,10 +254,10 @@ class ExactPort(ReplayPort):
 
 
 class MatchingPort(ReplayPort):
-    """A port for any recording: what clients had done keeps its order, questions are answered as then.
+    """A port for any recording: what clients had done keeps its order, questions are answered as recorded.
 
-    What the gateway does by itself, such as setting a line up, is answered as then, and not compared. Before
-    the recording begins, and where something was not asked then, it is answered as it was before.
+    The gateway's own frames, such as those that set a line up, are answered as recorded, and not compared.
+    Before the recording begins, and for a question that it lacks, the answer is that from before.
     """
 
     def __init__(self, line: Line, script: LineScript, before: LineScript) -> None:
@@ -275,9 +275,9 @@ class MatchingPort(ReplayPort):
         deeds = [it for it in exchanges if self._is_compared(it.frame, it.caller)]
         self._deeds = _grouped(deeds, lambda it: dialect.target(it.frame))
         self._done: dict[bytes, int] = defaultdict(int)
-        """How many deeds for each target are done."""
+        """Number of recorded deeds that are done, for each target."""
         self._shift_s: dict[bytes, float] = defaultdict(float)
-        """How much later they are done than then."""
+        """Seconds by which the deeds of each target are later than recorded."""
 
     @property
     def begins_open(self) -> bool:
@@ -350,7 +350,7 @@ class MatchingPort(ReplayPort):
         return [it for it in missing if it.number <= before]
 
     def _said_again(self, deeds: Sequence[Exchange], done: int, key: bytes) -> int:
-        """How many stops are next that were said again then, and are not now."""
+        """Count the next stops that were repeated in the recording and are not repeated now."""
         last = deeds[done - 1].key if done else b""
         again = takewhile(lambda it: it.key != key and self._is_again(it, last), deeds[done:])
         return len(list(again))
@@ -390,7 +390,7 @@ class MatchingPort(ReplayPort):
             yield from islice(left, 1)
 
     def _is_strange(self, then: Exchange) -> bool:
-        """Tell whether a frame is like none of now: for a client, to nobody, or no command at all."""
+        """Tell whether a recorded frame has no like now: a client's, to an unknown target, or no command."""
         if _text(then.key) in self._written:
             return False
         dialect = self.line.dialect
@@ -399,7 +399,7 @@ class MatchingPort(ReplayPort):
 
 
 BY_ITSELF: Final = "gateway:"
-"""Callers begin so where nobody has asked for it."""
+"""Prefix of the caller of requests that the gateway makes itself."""
 
 
 def _text(key: bytes) -> bytes:

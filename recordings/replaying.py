@@ -31,9 +31,9 @@ from transports.trace import TraceEntry
 T = TypeVar("T")
 
 SETTLING_S: Final = 20.0
-"""A gateway has set its lines up, and asked what it wants to know of them, after so long."""
+"""Seconds after which a gateway has set its lines up and has asked its first questions."""
 GRACE_S: Final = 5.0
-"""A frame may be written so much later than then."""
+"""Seconds by which a frame may be later than recorded."""
 _BEGAN_NS: Final = 946_684_800_000_000_000
 _TURNS: Final = 50
 """Turns of the loop in which all that comes at one instant is done before what is asked then."""
@@ -240,9 +240,9 @@ def _numbers(records: Sequence[Numbered], dialect: Dialect) -> list[int]:
 
 
 class _Dice(random.Random):
-    """Draws the numbers of fences as they were written then, for each line in the order of the lines.
+    """Draws the recorded numbers of fences, for each line in the order of the lines.
 
-    A number that was drawn and not written, as the port was lost, is drawn again: nobody has recorded it.
+    A number that was drawn and not written, as the port was lost, is drawn again: it is not in the recording.
     """
 
     def __init__(self, ports: Iterable[ReplayPort]) -> None:

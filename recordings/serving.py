@@ -35,7 +35,7 @@ SLOWEST, FASTEST = 0.01, 1000.0
 NEXT_S: Final = 0.05
 """Events within this time are told together."""
 LEAD_S: Final = 1.0
-"""It begins so long before the first that there is."""
+"""Seconds by which playing begins before the first record."""
 CONTROL: Final = "/replay"
 _WHY: Final = "This is a replay of a recording: nothing is sent to a controller, and nothing is changed."
 _OWN: Final = re.compile(
@@ -79,7 +79,7 @@ class Control(BaseModel):
     paused: bool | None = None
     speed: float | None = Field(default=None, ge=SLOWEST, le=FASTEST)
     to: AwareDatetime | None = None
-    """Where to go on: a time of the recording."""
+    """Time of the recording to go on at."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -131,7 +131,7 @@ class Playback:
 
     @property
     def now_s(self) -> float:
-        """How far it has come."""
+        """Give the present place in the recording, in seconds from its beginning."""
         if self.paused:
             return self._at_s
         gone_s = (asyncio.get_running_loop().time() - self._since) * self.speed

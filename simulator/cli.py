@@ -41,7 +41,7 @@ KEPT_FACTS = 100_000
 SLOWEST, FASTEST = 300, 4_000_000
 
 app = typer.Typer(help="Run simulated controllers.", no_args_is_help=True, add_completion=False)
-"""Without a command, `--like` says which line is simulated."""
+"""Command line of the simulators; without a command, `--like` names the report of the line to simulate."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -47,11 +47,11 @@ class FaultSwitch(Strict):
     fault: Fault = Field(strict=False)
     direction: Direction = Field(strict=False)
     probability: float = Field(default=0.0, ge=0, le=1, description="Chance of each frame.")
-    next_frames: int = Field(default=0, ge=0, le=1_000_000, description="So many frames for certain.")
-    pass_frames: int = Field(default=0, ge=0, le=1_000_000, description="So many pass unharmed before.")
-    delay_s: float = Field(default=0.1, ge=0, le=3600, description="For silence, split, late and doubled.")
+    next_frames: int = Field(default=0, ge=0, le=1_000_000, description="Frames that are hit for certain.")
+    pass_frames: int = Field(default=0, ge=0, le=1_000_000, description="Frames that pass unharmed before.")
+    delay_s: float = Field(default=0.1, ge=0, le=3600, description="Delay of silence, split, late, doubled.")
     spread_s: float = Field(default=0.0, ge=0, le=3600, description="A random part of this is added.")
-    holds_up: bool = Field(default=False, description="Whether frames behind a late one wait for it.")
+    holds_up: bool = Field(default=False, description="True if frames behind a late one wait for it.")
 
 
 class FactLine(Strict):

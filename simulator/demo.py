@@ -37,10 +37,10 @@ GEOMETRY: Final = (
     *("SPSA[1],A:S[1],D:S[1]", "SPSA[3],A:S[3],D:S[3]", "SPSA[4],A:S[4],D:S[4]", "SPSA[0],A:S[0],D:S[0]"),
     *("HDSH[3]", "HDSH[3],0,X:255000,Y:300000,R:120000", "HDSH[3],1,X:255000,Y:450000,R:0"),
 )
-"""Its lengths and paths 0 and 3; patterns 1 and 3 go along a path, 4 turns (13.10.3, 13.10.7)."""
+"""The robot's lengths and paths 0 and 3; patterns 1 and 3 go along a path, 4 turns (13.10.3, 13.10.7)."""
 
 AS_A_FINGER: Final = ("HCS2", "HPS0,-10149", "HPS1,-10000", "HPS2,0")
-"""Where another body stands as the robot's finger: the commands of robots can be tried at it, too."""
+"""Commands that make another body the robot's finger, so that commands of robots can be tried at it, too."""
 
 
 def teach(line: Rc400Line, now: float) -> None:

@@ -11,29 +11,29 @@ class Fault(StrEnum):
     """The fate of a frame."""
 
     SILENCE = "silence"
-    """It is lost, and so is all that follows within the delay."""
+    """Loss of the frame, and of all that follows within the delay."""
     LOST = "lost"
     GARBLED = "garbled"
     """One bit of one byte is flipped, the CR included."""
     MERGED = "merged"
-    """It loses its CR and runs into the next frame."""
+    """Loss of the frame's CR: it runs into the next frame."""
     NOISE = "noise"
     """Up to 20 random bytes stand before it."""
     SPLIT = "split"
-    """It comes in two pieces with the delay between them."""
+    """A frame in two pieces, with the delay between them."""
     LATE = "late"
-    """It comes after the delay; others may overtake it."""
+    """A frame that comes after the delay; others may overtake it."""
     DOUBLED = "doubled"
-    """It comes once more after the delay."""
+    """A copy of the frame after the delay."""
 
 
 class Direction(StrEnum):
-    """Which way the frame goes."""
+    """The way of a frame on the line."""
 
     REQUESTS = "requests"
-    """From the host to the link master."""
+    """Frames from the host to the link master."""
     REPLIES = "replies"
-    """From the link master to the host, frames nobody asked for included."""
+    """Frames from the link master to the host, unsolicited ones included."""
 
 
 MOST_NOISE = 20
@@ -53,7 +53,7 @@ class Switch:
     pass_frames: int = 0
     """The number of frames that pass unharmed before."""
     delay_s: float = 0.1
-    """For silence, split, late and doubled."""
+    """Delay in seconds, of silence, split, late and doubled."""
     spread_s: float = 0.0
     """The delay is longer by a random part of this."""
     holds_up: bool = False
@@ -70,7 +70,7 @@ class Flight:
 
 
 class Faults:
-    """The switches and the dice. The same seed and the same frames give the same faults."""
+    """The switches and the random source. Equal seeds and equal frames give equal faults."""
 
     def __init__(self, dice: Random) -> None:
         self._dice = dice

@@ -18,7 +18,7 @@ OTHERWISE: Final = ("differs", "contradicts")
 MEASURED: Final = ("late-replies", "turnaround", "copies-of-replies", "copies-of-answers")
 """Assumptions that are made as they were measured, not as a quirk makes them."""
 LATE_TIMES: Final = 3.0
-"""A reply so many times later than is usual was a late one."""
+"""Multiple of the usual reply time beyond which a reply was a late one."""
 
 
 @dataclass(frozen=True)
@@ -75,7 +75,7 @@ class Likeness:
             line.faults.set(switch)
 
     def faults(self) -> list[Switch]:
-        """How often replies came late or twice, and by how much."""
+        """The faults that make replies late or doubled as often, and by as much, as was measured."""
         times, copies = self.report["measured"]["replies_s"], self.report["measured"]["copies_s"]
         usual = self._usual_s()
         late = [it > LATE_TIMES * usual + 0.05 for it in times]

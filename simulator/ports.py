@@ -20,13 +20,13 @@ BITS_PER_BYTE = 10
 """Start bit, eight data bits, no parity, one stop bit."""
 
 MOST_UNREAD = 65_536
-"""Bytes for a TCP client that does not read; more are lost, as on a serial line that nobody reads."""
+"""Bytes for a TCP client that does not read; more are lost, as on a serial line without a reader."""
 
 WATCH_S = 0.0025
 """This time before a byte is due the event loop stops sleeping: its timers are up to 2 ms late."""
 
 LINGER_S = 0.001
-"""For this time after a frame the event loop stays awake for the next one, so that it is not noticed late."""
+"""Seconds after a frame during which the event loop stays awake, to notice the next one in time."""
 
 
 class Machine(Protocol):
@@ -251,7 +251,7 @@ def serve_pty(machine: Machine, path: Path, baud: int | None = None) -> PtyPort:
 
 
 def _replace_link(path: Path, target: Path) -> None:
-    """Link in one step, so that nobody finds the path missing."""
+    """Replace a link in one step, so that the path is never missing."""
     fresh = path.with_name(f".{path.name}.{os.getpid()}")
     fresh.symlink_to(target)
     fresh.replace(path)
@@ -265,7 +265,7 @@ class _Client(asyncio.Protocol):
         self._transport: asyncio.Transport | None = None
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
-        """Take the machine, unless somebody has it."""
+        """Take the machine, unless another client has it."""
         if self._clockwork.host is not None:
             transport.close()
             return

@@ -7,11 +7,11 @@ from typing import Any, Final, Protocol
 from simulator.faults import Direction, Fault, Faults, Switch
 
 LATE_S: Final = 2.6
-"""A reply later than anybody expects it."""
+"""Delay in seconds that makes a reply later than any timeout."""
 SLOW_S: Final = 0.26
 """A reply that takes most of the time that it has."""
 COPIED_S: Final = 3.0
-"""A copy comes so late that nobody expects it."""
+"""Delay in seconds of a copy that comes after the reply timeout."""
 
 
 class Line(Protocol):

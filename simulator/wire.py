@@ -46,7 +46,7 @@ class Wire:
     ) -> None:
         self._cut = cut
         self.requests = 0
-        """How many frames the host has sent."""
+        """Number of frames that the host has sent."""
         self._hear = hear
         self._truth = truth
         self._faults = faults

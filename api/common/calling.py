@@ -31,7 +31,7 @@ class CallPart:
         self.key = self.name.replace("_", "-") if place == "header" else self.name
         self.annotation = parameter.annotation
         self._default = parameter.default
-        self._field = next((it for it in _told(self.annotation) if isinstance(it, FieldInfo)), None)
+        self._field = next((field for field in _told(self.annotation) if isinstance(field, FieldInfo)), None)
         self._is_text = self.annotation is str
         """True if every text is good for it."""
 
@@ -50,7 +50,7 @@ class CallPart:
             return self.adapter.validate_python(given)
         except ValidationError as error:
             found = error.errors(include_url=False)
-            errors += [{**it, "loc": (*self._at, *it["loc"])} for it in found]
+            errors += [{**fault, "loc": (*self._at, *fault["loc"])} for fault in found]
             return None
 
     @property
@@ -76,17 +76,17 @@ class Call:
         self._path: list[CallPart] = []
         self._request_name: str | None = None
         named = names_in(path)
-        for it in signature(endpoint).parameters.values():
-            if it.annotation is Request:
-                self._request_name = it.name
-            elif it.name in named:
-                self._path.append(CallPart(it, "path"))
-            elif any(isinstance(told, Header) for told in _told(it.annotation)):
-                self._headers.append(CallPart(it, "header"))
-            elif _is_body(it.annotation):
-                self.body = CallPart(it, "body")
+        for parameter in signature(endpoint).parameters.values():
+            if parameter.annotation is Request:
+                self._request_name = parameter.name
+            elif parameter.name in named:
+                self._path.append(CallPart(parameter, "path"))
+            elif any(isinstance(told, Header) for told in _told(parameter.annotation)):
+                self._headers.append(CallPart(parameter, "header"))
+            elif _is_body(parameter.annotation):
+                self.body = CallPart(parameter, "body")
             else:
-                self.query[it.name] = CallPart(it, "query")
+                self.query[parameter.name] = CallPart(parameter, "query")
 
     def prepare(self) -> None:
         """Have the types of all parts ready, which otherwise the first request waits for."""
@@ -127,9 +127,9 @@ def _told(annotation: Any) -> tuple[Any, ...]:
 def _is_body(annotation: Any) -> bool:
     """Tell if a parameter takes JSON: by its word for it, or because it is no single value."""
     told = _told(annotation)
-    if any(isinstance(it, Query) for it in told):
+    if any(isinstance(mark, Query) for mark in told):
         return False
-    return any(isinstance(it, Body) for it in told) or any(map(_is_composed, kinds_of(annotation)))
+    return any(isinstance(mark, Body) for mark in told) or any(map(_is_composed, kinds_of(annotation)))
 
 
 def _is_composed(kind: Any) -> bool:

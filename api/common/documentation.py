@@ -31,10 +31,12 @@ _MORE: Final = {
 
 def _with_registered(own: Mapping[str, str], *, first: bool) -> Mapping[str, str]:
     """Put the sections of families and extensions in their places among the gateway's own."""
-    theirs = [it for kind in registered() for it in kind.sections if it.is_needed_first is first]
+    theirs = [
+        section for kind in registered() for section in kind.sections if section.is_needed_first is first
+    ]
     told: dict[str, str] = {}
     for tag in (*own, ""):
-        told |= {it.tag: it.told for it in theirs if it.before == tag}
+        told |= {section.tag: section.told for section in theirs if section.before == tag}
         told |= {tag: own[tag]} if tag else {}
     return told
 

@@ -58,14 +58,14 @@ def _deepest(places: Mapping[str, object]) -> list[str]:
 
 def _said(errors: list[ErrorDetails], shape: object) -> str:
     """Say what is expected at one place, where several forms may be possible."""
-    if any(it["type"].startswith("float_") for it in errors):  # a whole number is one, too
-        errors = [it for it in errors if not it["type"].startswith("int_")]
+    if any(error["type"].startswith("float_") for error in errors):  # a whole number is one, too
+        errors = [error for error in errors if not error["type"].startswith("int_")]
     *others, last = errors
     if errors[0]["type"] == "extra_forbidden":
         return _unknown_key(errors[0], shape)
     if errors[0]["type"] == "union_tag_not_found":
         return f"is required: {_tags_at(errors[0], shape)}{_meant_by(errors[0])}"
-    forms = dict.fromkeys([expectation(it) for it in others] + [sentence(last)])
+    forms = dict.fromkeys([expectation(error) for error in others] + [sentence(last)])
     first, *more = forms
     return " or ".join([first, *(form.removeprefix(_MUST_BE) for form in more)])
 
@@ -127,7 +127,7 @@ def _quoted(part: str | int) -> str:
 def _models_at(shape: object, location: Sequence[str | int]) -> list[type[BaseModel]]:
     """The models that may stand at a place of a request."""
     options, _ = _followed(shape, location)
-    return [it for it in options if _is_model(it)]
+    return [option for option in options if _is_model(option)]
 
 
 def _followed(shape: object, location: Sequence[str | int]) -> tuple[list[Any], set[int]]:
@@ -136,8 +136,8 @@ def _followed(shape: object, location: Sequence[str | int]) -> tuple[list[Any], 
     for index, part in enumerate(location):
         inside = [found for option in options for found in _inside(option, part)]
         # The tag of one member of a union may be the name of a field, too.
-        several = len([it for it in options if _is_model(it)]) > 1
-        tagged = [it for it in options if _is_tagged(it, part)] if several else []
+        several = len([option for option in options if _is_model(option)]) > 1
+        tagged = [option for option in options if _is_tagged(option, part)] if several else []
         if tagged:
             tags.add(index)
         options = tagged or inside or options

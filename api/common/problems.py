@@ -99,7 +99,7 @@ def _is_counted(request: Request, problem: Problem) -> bool:
 
 def _tell_how_to_stop(request: Request, problem: Problem) -> None:
     """Say of a stop that is not sent as it stands what counts: nothing was stopped, and what stops."""
-    misnamed = any(it.field in request.path_params for it in problem.errors or ())
+    misnamed = any(error.field in request.path_params for error in problem.errors or ())
     if problem.status == 404 or misnamed or problem.type == TYPE_PREFIX + Ambiguous.kind:
         detail, remedy = how_to_stop(f"{quote(request.scope.get('root_path', ''))}/stop", "all")
     elif problem.status in (400, 405, 413, 422):

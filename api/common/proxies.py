@@ -18,7 +18,7 @@ class Proxies:
     def __init__(self, app: ASGIApp, server: Server) -> None:
         self._app = app
         self._root_path = server.root_path.encode()
-        self._networks = [ip_network(it) for it in server.trusted_proxies]
+        self._networks = [ip_network(network) for network in server.trusted_proxies]
         self._only_proxies = not (server.is_local or server.tls_certificate)
         self._forwarded = ProxyHeadersMiddleware(app, list(server.trusted_proxies))  # type: ignore[arg-type]
         self._refused = RequestIds(_refuse)

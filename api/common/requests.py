@@ -59,7 +59,10 @@ class JsonResponse(Response):
         self.body = content.encode() if isinstance(content, str) else content
         length = b"%d" % len(self.body)
         self.raw_headers = [
-            *((name.lower().encode("latin-1"), it.encode("latin-1")) for name, it in (headers or {}).items()),
+            *(
+                (name.lower().encode("latin-1"), value.encode("latin-1"))
+                for name, value in (headers or {}).items()
+            ),
             (b"content-length", length),
             (b"content-type", b"application/json"),
         ]

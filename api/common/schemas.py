@@ -145,8 +145,8 @@ def _contents(body: Schema) -> Iterator[Schema]:
 
 def _examples(document: Schema, schema: Schema) -> Schema:
     """Collect the examples of a body's schema, or of each of its kinds."""
-    schemas = [_resolved(document, it) for it in schema.get("oneOf", [schema])]
-    found = [value for it in schemas for value in it.get("examples", ())]
+    schemas = [_resolved(document, option) for option in schema.get("oneOf", [schema])]
+    found = [value for option in schemas for value in option.get("examples", ())]
     return {value.get("kind") or value.get("mode") or "example": {"value": value} for value in found}
 
 

@@ -50,7 +50,7 @@ class SameSite:
         allowed_origins: Iterable[str],
         client_networks: Iterable[str] = (),
     ) -> None:
-        self._networks = [ip_network(it) for it in client_networks]
+        self._networks = [ip_network(network) for network in client_networks]
         self._comes_from_there = lru_cache(1024)(self._find_network)
         self._hosts = LOOPBACK | {host.lower() for host in allowed_hosts}
         self._origins = {origin.lower() for origin in allowed_origins}

@@ -151,7 +151,7 @@ def install(app: FastAPI, root_path: str = "") -> None:
 
 def _written(name: str, root_path: str) -> bytes:
     """Read a document of `python -m api.openapi`: to describe all routes anew takes seconds at each start."""
-    folder = next(it for it in _FOLDERS if it.is_dir())
+    folder = next(folder for folder in _FOLDERS if folder.is_dir())
     text = b"".join([line.lstrip() for line in (folder / name).read_bytes().split(b"\n")])
     servers = b'"servers": %b,"paths": {' % json.dumps([{"url": root_path}]).encode()
     return text.replace(b'"paths": {', servers, 1) if root_path else text

@@ -15,7 +15,9 @@ log = logging.getLogger(__name__)
 NOT_HTTP: Final = "The request cannot be read as HTTP/1.1."
 
 
-_STATUS_LINES: Final = {int(it): f"HTTP/1.1 {it.value} {it.phrase}\r\n".encode() for it in HTTPStatus}
+_STATUS_LINES: Final = {
+    int(status): f"HTTP/1.1 {status.value} {status.phrase}\r\n".encode() for status in HTTPStatus
+}
 _CONTROL: Final = re.compile(rb"[\x00-\x08\x0a-\x1f\x7f]")
 
 

@@ -134,7 +134,9 @@ class WebSocketProtocol(asyncio.Protocol):
         assert isinstance(asked[0], Request)  # noqa: S101  # nothing else comes first
         self._handshake.acceptance = self._conn.accept(asked[0])
         offered = b",".join(value for name, value in scope["headers"] if name == b"sec-websocket-protocol")
-        scope["subprotocols"] = [it.strip() for it in offered.decode("latin-1").split(",") if it.strip()]
+        scope["subprotocols"] = [
+            protocol.strip() for protocol in offered.decode("latin-1").split(",") if protocol.strip()
+        ]
         scope["extensions"] = {"websocket.http.response": {}, EVENTS: {"outlet": self._outlet}}
         self._in_use = True
         self._told.put_nowait({"type": "websocket.connect"})

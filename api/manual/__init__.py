@@ -68,4 +68,4 @@ def _pages(folder: Traversable, place: str) -> Iterator[tuple[str, Document]]:
 def _hashes(page: bytes) -> str:
     """The scripts within a page, by which the policy lets them run and no others."""
     found = (b64encode(sha256(script).digest()).decode() for script in _INLINE.findall(page))
-    return "".join(f" 'sha256-{it}'" for it in found)
+    return "".join(f" 'sha256-{digest}'" for digest in found)

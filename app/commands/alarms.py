@@ -69,9 +69,9 @@ def _over(client: Client) -> list[str]:
 def _boxed(listed: list[dict[str, Any]]) -> Iterator[dict[str, Any]]:
     """Each alarm that stands alone, and behind it those that tell the same event."""
     ids = {alarm["id"] for alarm in listed}
-    for head in (it for it in listed if it.get("part_of") not in ids):
+    for head in (alarm for alarm in listed if alarm.get("part_of") not in ids):
         yield head
-        yield from (it for it in listed if it.get("part_of") == head["id"])
+        yield from (part for part in listed if part.get("part_of") == head["id"])
 
 
 def _told(alarm: dict[str, Any]) -> str:
@@ -86,5 +86,5 @@ def _told(alarm: dict[str, Any]) -> str:
 
 
 def _who(alarm: dict[str, Any]) -> str:
-    """What it is about, as people call it: `line1.3F` for `/bodies/line1.3F`."""
+    """The subject of an alarm, as people call it: `line1.3F` for `/bodies/line1.3F`."""
     return str(alarm["subject"]).rpartition("/")[2]

@@ -108,7 +108,7 @@ def restore(
         plan = _plan(client, path, wanted)
         _tell_scales(plan)
         typer.echo("".join(f"{command}\n" for command in plan["commands"]), nl=False)
-        _tell([it for it in plan["differences"] if not it["restorable"]])
+        _tell([difference for difference in plan["differences"] if not difference["restorable"]])
         _sum_up(plan)
         return
     wanted |= {"flash": flash, "power_cycle": power_cycle}
@@ -179,7 +179,7 @@ def _sum_up(plan: dict[str, Any]) -> None:
 def _followed(
     client: Client, record: dict[str, Any], records: str, words: Callable[[dict[str, Any]], str], lost: int
 ) -> dict[str, Any]:
-    """Wait for the end of what is long; where nobody knows it, `lost` is the exit code."""
+    """Wait for the end of a backup or a restore; `lost` is the exit code if its end is not seen."""
     with ProgressLine() as progress:
         while record["status"] == "running":
             progress.say(words(record))
@@ -217,16 +217,20 @@ def _end(record: dict[str, Any]) -> None:
 
 def _tell_scales(told: dict[str, Any]) -> None:
     """Say on standard error how scales differ, and what was made of it."""
-    for it in told.get("scales", ()):
-        made = "pulses are kept" if it["units"] == UnitsChoice.keep_pulses else "lengths are converted"
-        typer.echo(f"{it['target']}: backup {it['backup']}, body {it['controller']}; {made}.", err=True)
+    for scale in told.get("scales", ()):
+        made = "pulses are kept" if scale["units"] == UnitsChoice.keep_pulses else "lengths are converted"
+        typer.echo(
+            f"{scale['target']}: backup {scale['backup']}, body {scale['controller']}; {made}.", err=True
+        )
 
 
 def _tell(differences: list[dict[str, Any]]) -> None:
-    for it in differences:
-        wanted, held = it["wanted"] or "nothing", it["held"] or "nothing"
-        never = "" if it["restorable"] else "; no command can change that"
-        typer.echo(f"{it['target']} {it['section']}: {it['name']}: backup {wanted}, holds {held}{never}")
+    for entry in differences:
+        wanted, held = entry["wanted"] or "nothing", entry["held"] or "nothing"
+        never = "" if entry["restorable"] else "; no command can change that"
+        typer.echo(
+            f"{entry['target']} {entry['section']}: {entry['name']}: backup {wanted}, holds {held}{never}"
+        )
 
 
 def _wanted(

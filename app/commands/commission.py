@@ -78,14 +78,14 @@ def commission(
 def _levels(allow: Sequence[str]) -> frozenset[Any]:
     from commissioning.assumptions import Level
 
-    for it in allow:
-        if it not in LEVELS:
-            raise Misuse(f"--allow takes {' or '.join(LEVELS)}, not {it!r}")
+    for level in allow:
+        if level not in LEVELS:
+            raise Misuse(f"--allow takes {' or '.join(LEVELS)}, not {level!r}")
     return frozenset(map(Level, allow))
 
 
 def _require_questions(levels: frozenset[Any]) -> None:
-    """Refuse to do beside a gateway what only somebody at the machine, with the port alone, may do."""
+    """Refuse trials beyond questions beside a running gateway: they need a person, and the port alone."""
     if levels:
         raise Misuse(
             "--allow needs --config FILE: end the gateway, or take the line out of its file, and "
@@ -128,7 +128,7 @@ def _terms(
 ) -> "Terms":
     from commissioning.bench import Places, Terms
 
-    agreed = {it.upper() for it in yes}
+    agreed = {address.upper() for address in yes}
 
     async def consent(row: "Assumption", subject: str, what: str) -> bool:
         return subject.upper() in agreed or await switch(row, subject, what)
@@ -141,7 +141,7 @@ def _terms(
 
 
 async def _confirm(what: str) -> bool:
-    """Ask at the terminal; no where nobody is there. A thread that reads would outlast Ctrl-C."""
+    """Ask at the terminal; without a terminal the answer is no. A thread that reads would outlast Ctrl-C."""
     if not sys.stdin.isatty():
         return False
     import asyncio
@@ -171,7 +171,7 @@ def _alone(line_id: str, file: Path, terms: "Terms", progress: ProgressLine) -> 
     from transports import TransportError
 
     try:
-        lines = {it.id: it for it in load(file).lines}
+        lines = {configured.id: configured for configured in load(file).lines}
     except ConfigError as error:
         raise Failure(str(error), exits.CONFIG) from None
     if line_id not in lines:
@@ -208,10 +208,12 @@ def _write(found: "Report", report: Path | None) -> None:
 def _tell(found: "Report") -> None:
     from commissioning.report import next_step
 
-    for it in found.results:
-        follows = "" if it.result == "cannot_tell" else next_step(it)
-        typer.echo(f"{it.result.replace('_', ' '):12} {it.assumption}: {it.seen} {follows}".rstrip())
-    if any(it.result == "contradicts" for it in found.results):
+    for outcome in found.results:
+        follows = "" if outcome.result == "cannot_tell" else next_step(outcome)
+        typer.echo(
+            f"{outcome.result.replace('_', ' '):12} {outcome.assumption}: {outcome.seen} {follows}".rstrip()
+        )
+    if any(outcome.result == "contradicts" for outcome in found.results):
         typer.echo(
             "Do not run motion on this line: no setting of the gateway is right for what contradicts it. "
             "Send the report to the maker of the controller and to whoever maintains the gateway.",
@@ -220,7 +222,7 @@ def _tell(found: "Report") -> None:
 
 
 def _changes(found: "Report", report: Path | None) -> dict[str, Any]:
-    """What the file should say otherwise, where the report lies included."""
+    """The settings that the file should have instead, with the place of the report."""
     return found.changes() | ({} if report is None else {"commissioned": str(report.absolute())})
 
 

@@ -39,18 +39,18 @@ def check(file: Annotated[Path, typer.Argument(help="The configuration file (TOM
     typer.echo(f"{file} is in order. It serves on {config.server.host}, port {config.server.port}:")
     for line in config.lines:
         typer.echo(f"  {_served(line)}")
-    for made in (it for those in config.made().values() for it in those):
+    for made in (table for those in config.made().values() for table in those):
         typer.echo(f"  {made.served()}")
     for found in filter(None, map(untried, config.lines)):
         named_ones = f" ({', '.join(found.assumptions)})" if found.assumptions else ""
         typer.echo(f"note: line {found.line_id}: {found.meaning}{named_ones}")
-    weak = (f"{it.setting} = {it.value}: {it.meaning}" for it in weakened(config))
+    weak = (f"{weakness.setting} = {weakness.value}: {weakness.meaning}" for weakness in weakened(config))
     for warning in (*weak, *_doubtful(config), *untrusted(file, config)):
         typer.echo(f"warning: {warning}", err=True)
 
 
 def _is_of_plant(file: Path) -> bool:
-    """Whether a file is that of a plant process: it has servers, and no lines and no name."""
+    """True if a file is that of a plant process: it has servers, and no lines and no name."""
     import tomllib
 
     try:
@@ -137,7 +137,7 @@ def init(
     if out is not None and out.exists():
         raise Misuse(f"{out} exists, and is left as it is. Name a new file")
     try:
-        ports = [addresses_of(it) for it in port or _agreed_ports(yes=yes)]
+        ports = [addresses_of(pattern) for pattern in port or _agreed_ports(yes=yes)]
     except ValueError as error:
         raise Misuse(f"{error}") from None
     found: list[Found] = []
@@ -149,8 +149,8 @@ def init(
             exits.REFUSED,
         )
     _write(config_of(found, finished=finished), out)
-    for it in found:
-        typer.echo(it.in_words(), err=True)
+    for device in found:
+        typer.echo(device.in_words(), err=True)
     if not finished:
         raise Failure(
             "The search was ended before it was over: only what was found until then is written.",
@@ -185,12 +185,12 @@ def _agreed_ports(*, yes: bool) -> list[str]:
 
 
 def _is_asked() -> bool:
-    """Whether somebody is there who can answer."""
+    """True if a person at a terminal can answer questions."""
     return sys.stdin.isatty()
 
 
 async def _search(ports: list[list[str]], found: list["Found"], *, thorough: bool) -> bool:
-    """Whether the search came to its end; Ctrl-C cancels it."""
+    """Search the ports; False if Ctrl-C cut the search short."""
     from gateway.search import search
 
     doing: dict[str, str] = {}

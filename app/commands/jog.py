@@ -27,7 +27,7 @@ _ENDS: Final = {
     "lost": "The gateway has stopped it, since no heartbeat came in time. It stands still.",
     "stopped": "Somebody else, or the end of the gateway, has stopped it. It stands still.",
 }
-"""What is to be said of a jog that its holder has not ended."""
+"""Sentences for the ends of a jog that its holder has not ended, by the jog's status."""
 
 
 def jog(
@@ -59,7 +59,9 @@ def jog(
     furthest = None if at_most is None else {"value": at_most, "unit": unit}
     options = {"speed": speed, "pattern": pattern, "at_most": furthest}
     target = find(client, address)
-    path, content = _asked(target, way, {name: it for name, it in options.items() if it is not None})
+    path, content = _asked(
+        target, way, {name: option for name, option in options.items() if option is not None}
+    )
     with _at(signal.default_int_handler, signal.SIGTERM, signal.SIGHUP):
         _jog(client, f"{path}/jogs", content)
 

@@ -18,7 +18,7 @@ lease = typer.Typer(
 )
 
 LONGEST_S: Final = 30.0
-"""As in `gateway.core.leases`."""
+"""Longest time in seconds that a lease lasts without renewal, as in `gateway.core.leases`."""
 RENEWALS: Final = 3
 """The renewals in the time in which one has to come."""
 
@@ -77,7 +77,8 @@ def list_leases(url: Url = LOCAL, key_file: KeyFile = None, as_json: Json = Fals
         typer.echo(json_text(listed))
         return
     rows = (
-        (it["lease"], it["scope"], it["holder"], f"{it['expires_in_s']:.1f} s") for it in listed["leases"]
+        (lease["lease"], lease["scope"], lease["holder"], f"{lease['expires_in_s']:.1f} s")
+        for lease in listed["leases"]
     )
     typer.echo(table(("LEASE", "SCOPE", "HOLDER", "LASTS"), rows))
 
@@ -90,11 +91,11 @@ def release(
     url: Url = LOCAL,
     key_file: KeyFile = None,
 ) -> None:
-    """Give a lease back; an admin ends that of anybody. What moves goes on to its end."""
+    """Give a lease back; an admin ends any client's lease. Moves under way go on to their end."""
     client = Client.at(url, key_file)
-    for it in _leases_of(client, word):
-        client.request("DELETE", f"/leases/{it['lease']}")
-        typer.echo(f"{it['lease']} of {it['scope']} is given back.")
+    for held in _leases_of(client, word):
+        client.request("DELETE", f"/leases/{held['lease']}")
+        typer.echo(f"{held['lease']} of {held['scope']} is given back.")
 
 
 def _leases_of(client: Client, word: str) -> list[dict[str, Any]]:
@@ -103,10 +104,10 @@ def _leases_of(client: Client, word: str) -> list[dict[str, Any]]:
     :raises Failure: there is none.
     """
     leases: list[dict[str, Any]] = client.request("GET", "/leases")["leases"]
-    found = [it for it in leases if word in (it["lease"], it["scope"])]
+    found = [lease for lease in leases if word in (lease["lease"], lease["scope"])]
     if not found and leases:
         address = _address(client, word)
-        found = [it for it in leases if address in (it["scope"], it["scope"].rpartition(".")[2])]
+        found = [lease for lease in leases if address in (lease["scope"], lease["scope"].rpartition(".")[2])]
     if not found:
         raise Failure(
             f"There is no lease {word!r}; `motion-gateway lease list` lists them. Nothing was given back.",
@@ -121,4 +122,4 @@ def _address(client: Client, word: str) -> str:
     :raises Failure: it means nothing.
     """
     lines = client.request("GET", "/lines")["lines"]
-    return word if any(it["line_id"] == word for it in lines) else find(client, word).address
+    return word if any(line["line_id"] == word for line in lines) else find(client, word).address

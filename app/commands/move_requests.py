@@ -16,9 +16,9 @@ _NAMED: Final = {
     "align": {"X": "x", "Y": "y"},
     "rotate": {"R": "radius", "A": "angle"},
 }
-"""What is written as X=10, by its name in the interface."""
+"""Letters of arguments such as X=10, with the names that they have in the interface."""
 _ALONE: Final = {"path": "path", "extend": "distance", "retract": "distance", "finger": "angle"}
-"""What is written as a number alone."""
+"""Names in the interface of arguments that are a number alone."""
 
 
 def body_move(kind: MoveKind, values: list[str], unit: str) -> dict[str, Any]:

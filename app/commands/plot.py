@@ -63,7 +63,9 @@ def panels_of(found: dict[str, Any]) -> list[Panel]:
     titles = {"speed": f"Speed [{unit}/s]", "position": f"Position [{unit}]"}
     titles["acceleration"] = f"Acceleration [{unit}/s²]"
     return [
-        Panel(title, [PlottedLine(name, [(it["time_s"], it[name + suffix]) for it in found["points"]])])
+        Panel(
+            title, [PlottedLine(name, [(point["time_s"], point[name + suffix]) for point in found["points"]])]
+        )
         for name, title in titles.items()
     ]
 

@@ -16,7 +16,7 @@ from app.exits import Failure
 from app.targets import find
 
 SHORTEST_S: Final = 0.04
-"""From answers closer to each other no speed is worked out: each is some milliseconds old."""
+"""Least seconds between two answers for a speed between them: each answer is some milliseconds old."""
 
 
 @plot.command()
@@ -72,7 +72,7 @@ def panels_of_scara(axes: Sequence[tuple[dict[str, Any], dict[str, Any]]]) -> li
     panels = []
     for axis, told in axes:
         unit, per_unit = _unit_of(told)
-        seen = [(it["time_s"], it["pulses"] / per_unit) for it in told["samples"]]
+        seen = [(sample["time_s"], sample["pulses"] / per_unit) for sample in told["samples"]]
         if speeds := speeds_of(seen):
             name, target = f"axis {axis['axis']}", axis["target_position"] / per_unit
             ends = [(seen[0][0], target), (seen[-1][0], target)]
@@ -87,13 +87,13 @@ def panels_of_scara(axes: Sequence[tuple[dict[str, Any], dict[str, Any]]]) -> li
 def panels_of_body(told: dict[str, Any]) -> list[Panel]:
     """Speed and position, in the body's unit where it has one; none where too little was seen."""
     unit, per_unit = _unit_of(told)
-    seen = [(it["time_s"], it["pulses"] / per_unit) for it in told["samples"]]
+    seen = [(sample["time_s"], sample["pulses"] / per_unit) for sample in told["samples"]]
     speeds = speeds_of(seen)
     if not speeds:
         return []
     planned = told["plan"] or []
-    speed = [(it["time_s"], it["speed"] / per_unit) for it in planned]
-    position = [(it["time_s"], it["pulses"] / per_unit) for it in planned]
+    speed = [(point["time_s"], point["speed"] / per_unit) for point in planned]
+    position = [(point["time_s"], point["pulses"] / per_unit) for point in planned]
     return [
         Panel(f"Speed [{unit}/s]", list(_over(speed, speeds))),
         Panel(f"Position [{unit}]", list(_over(position, seen))),
@@ -110,7 +110,11 @@ def panels_of_unit(told: dict[str, Any]) -> list[Panel]:
     panels = []
     for unit in dict.fromkeys(told["units"].values()):
         seen = {
-            axis: [(it["time_s"], it["axes"][axis]) for it in told["samples"] if it["axes"][axis] is not None]
+            axis: [
+                (sample["time_s"], sample["axes"][axis])
+                for sample in told["samples"]
+                if sample["axes"][axis] is not None
+            ]
             for axis, counted_in in told["units"].items()
             if counted_in == unit
         }
@@ -140,9 +144,9 @@ def _over(planned: Sequence[Point], measured: Sequence[Point]) -> Iterator[Plott
 
 
 def _path_of(client: Client, move_id: str, target: str | None) -> str:
-    """Where the move is served.
+    """Find the path at which a move is served.
 
-    :raises Failure: nobody has such a move, or the gateway did not tell.
+    :raises Failure: no target has such a move, or the gateway did not tell.
     """
     name = quote(move_id, safe="")
     if target is not None:
@@ -165,4 +169,4 @@ def _places(client: Client) -> Iterator[str]:
     for scara in client.made("scaras"):
         yield f"/scaras/{scara['scara_id']}"
     for robot in client.request("GET", "/robots")["robots"]:
-        yield from (f"/robots/{robot['robot_id']}/units/{it['number']}" for it in robot["units"])
+        yield from (f"/robots/{robot['robot_id']}/units/{unit['number']}" for unit in robot["units"])

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from protocols.rorze.user_program.assembler import Assembled, ProgramFault
 
 LAST_ADDRESS = 6038
-"""As in `protocols.rorze.programs`, which takes long to load."""
+"""Highest address of a user program, as in `protocols.rorze.programs`, which takes long to load."""
 CHECK_S = 10
 """While an upload runs, its progress is printed at least this often."""
 DOWNLOAD_S = 600
@@ -123,7 +123,7 @@ def _read(file: Path) -> "tuple[str, Assembled]":
         raise Failure(f"{file} is not UTF-8 text.", exits.USAGE) from None
     assembled = assemble(source)
     if not isinstance(assembled, Assembled):
-        raise Failure("\n".join(_printed(file, it) for it in assembled), exits.REFUSED)
+        raise Failure("\n".join(_printed(file, fault) for fault in assembled), exits.REFUSED)
     return source, assembled
 
 

@@ -48,7 +48,7 @@ _CONNECTIONS = 1000
 
 
 def _times(text: str | None, by_itself: float | None) -> float | None:
-    """How many times as fast; None: as fast as possible."""
+    """Read a speed as a multiple of the recorded one; None: as fast as possible."""
     if text is None:
         return by_itself
     if text == "max":

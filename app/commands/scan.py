@@ -48,7 +48,7 @@ def _scan_line(client: Client, line: str, *, add: bool) -> None:
     found = scan["found"]
     for body in found:
         typer.echo(f"{body['body_id']}{'' if body['configured'] else '  (not in the configuration)'}")
-    bodies = [{"id": it["body_id"].rpartition(".")[2]} for it in found if not it["configured"]]
+    bodies = [{"id": body["body_id"].rpartition(".")[2]} for body in found if not body["configured"]]
     if add and bodies:
         client.request("POST", f"/lines/{line}/bodies", {"bodies": bodies, "comment": FOUND_BY_SCAN})
         _say_added(f"{line}.{body['id']}" for body in bodies)
@@ -61,16 +61,16 @@ def _scan_port(client: Client, port: str, *, add: bool) -> None:
         scan = client.request("DELETE", "/system/scans/current")
     for note in scan["notes"]:
         typer.echo(note, err=True)
-    for it in scan["found"]:
-        typer.echo(it["told"])
+    for device in scan["found"]:
+        typer.echo(device["told"])
     if scan["status"] == "failed":
         raise Failure(f"The scan of {port} has failed: {scan['error']}", exits.REFUSED)
     if not scan["found"]:
         raise Failure(f"Nobody was found at {port}: check power and cable.", exits.REFUSED)
-    for it in scan["found"] if add else ():
-        client.request("POST", "/lines", {"line": it["line"], "comment": it["comment"]})
-        _say_added([it["line"]["id"]])
-        typer.echo(it["comment"], err=True)
+    for device in scan["found"] if add else ():
+        client.request("POST", "/lines", {"line": device["line"], "comment": device["comment"]})
+        _say_added([device["line"]["id"]])
+        typer.echo(device["comment"], err=True)
 
 
 def _follow(client: Client, path: str, content: object) -> dict[str, Any]:

@@ -32,8 +32,15 @@ def list_sessions(url: Url = LOCAL, key_file: KeyFile = None, as_json: Json = Fa
         typer.echo(json_text(listed))
         return
     rows = (
-        (it["name"], it["role"], it["address"] or "-", it["began_at"], it["used_at"], it["id"])
-        for it in listed["sessions"]
+        (
+            session["name"],
+            session["role"],
+            session["address"] or "-",
+            session["began_at"],
+            session["used_at"],
+            session["id"],
+        )
+        for session in listed["sessions"]
     )
     typer.echo(table(("NAME", "ROLE", "ADDRESS", "BEGAN", "USED", "ID"), rows))
 
@@ -55,8 +62,10 @@ def end(
         ended = client.request("DELETE", f"/access/sessions?key={quote(key or '', safe='')}")["sessions"]
     if not ended:
         raise Failure(f"{key} has no session; none was ended.", exits.REFUSED)
-    for it in ended:
-        typer.echo(f"The session of {it['name']} from {it['address'] or 'an unknown address'} is ended.")
+    for session in ended:
+        typer.echo(
+            f"The session of {session['name']} from {session['address'] or 'an unknown address'} is ended."
+        )
 
 
 def security(

@@ -1,6 +1,6 @@
 """Starting the gateway from the command line: `serve`, with a configuration or with the built-in demo.
 
-What it takes is loaded when it is asked for: no other command waits for that, a stop least of all.
+The modules that it needs are loaded when it runs: no other command waits for them, a stop least of all.
 """
 
 import asyncio

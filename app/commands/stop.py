@@ -12,7 +12,7 @@ from app.targets import find, numbered
 from gateway.core.spelling import spelled
 
 StopMode = Literal["decelerate", "immediate"]
-"""As in `gateway.core.stops`, which takes long to load: no stop waits for that."""
+"""Modes of a stop, as in `gateway.core.stops`, which takes long to load: no stop waits for that."""
 Stopped = dict[str, Any] | Failure
 
 
@@ -42,8 +42,8 @@ def stop(
             "it. If anything moves, use the hardware stop.",
             exits.UNKNOWN,
         ) from None
-    reports = [it for it in outcomes if not isinstance(it, Failure)]
-    failures = [it for it in outcomes if isinstance(it, Failure)]
+    reports = [outcome for outcome in outcomes if not isinstance(outcome, Failure)]
+    failures = [outcome for outcome in outcomes if isinstance(outcome, Failure)]
     if as_json:
         typer.echo(json_text(_united(reports, failures)))
     else:
@@ -51,7 +51,7 @@ def stop(
             _print(report)
     for failure in failures:
         typer.echo(str(failure), err=True)
-    raise typer.Exit(exits.worst(*map(exit_of_stop, reports), *(it.code for it in failures)))
+    raise typer.Exit(exits.worst(*map(exit_of_stop, reports), *(failure.code for failure in failures)))
 
 
 def _outcomes(client: Client, addresses: list[str] | None, content: object) -> list[Stopped]:
@@ -87,13 +87,13 @@ def _post(client: Client, path: str, content: object) -> Stopped:
 
 def _united(reports: list[dict[str, Any]], failures: list[Failure]) -> dict[str, Any]:
     return {
-        "confirmed": not failures and all(it["confirmed"] for it in reports),
-        "bodies": [body for it in reports for body in it["bodies"]],
-        "robots": [robot for it in reports for robot in it["robots"]],
+        "confirmed": not failures and all(report["confirmed"] for report in reports),
+        "bodies": [body for report in reports for body in report["bodies"]],
+        "robots": [robot for report in reports for robot in report["robots"]],
     }
 
 
 def _print(report: dict[str, Any]) -> None:
-    for it in (*report["bodies"], *report["robots"]):
-        detail = f": {it['detail']}" if it.get("detail") else ""
-        typer.echo(f"{it.get('body_id') or it['robot_id']}  {it['state']}{detail}")
+    for stop_report in (*report["bodies"], *report["robots"]):
+        detail = f": {stop_report['detail']}" if stop_report.get("detail") else ""
+        typer.echo(f"{stop_report.get('body_id') or stop_report['robot_id']}  {stop_report['state']}{detail}")

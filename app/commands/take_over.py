@@ -29,7 +29,7 @@ def take_over(
 ) -> None:
     """Have the gateway at the URL take a line over. The terminal server throws the old gateway out.
 
-    Exit code 0 only when the line is ready. What moves meanwhile goes on.
+    Exit code 0 only when the line is ready. A move under way goes on.
     """
     if not has_cut:
         _ask(line, old)

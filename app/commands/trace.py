@@ -29,7 +29,7 @@ def trace(
 ) -> None:
     """Print what went over a line: an answer behind its question, what they mean, and who asked."""
     client = Client.at(url, key_file)
-    query = {name: it for name, it in (("bodies", bodies), ("request_id", request)) if it}
+    query = {name: value for name, value in (("bodies", bodies), ("request_id", request)) if value}
     query["last"] = str(last)
     try:
         for text in _texts(_records(client, f"/lines/{line}/trace", query, follow_on), own, as_json):

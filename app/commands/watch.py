@@ -21,7 +21,7 @@ SHOWN = (
     *("status", "state", "command", "position", "end_cause", "reason", "detail", "seconds"),
     *("pulses", "value", "sensor", "number", "name", "on", "text"),
 )
-"""What of an event's data stands in its line."""
+"""Members of an event's data that are shown in its line."""
 
 
 def status(url: Url = LOCAL, key_file: KeyFile = None, as_json: Json = False) -> None:
@@ -69,14 +69,14 @@ def _robot_row(robot: dict[str, Any]) -> Row:
     return robot["robot_id"], robot["name"], _state(robot), units, note
 
 
-def _state(it: dict[str, Any]) -> str:
-    if not it["online"]:
+def _state(body: dict[str, Any]) -> str:
+    if not body["online"]:
         return "offline"
-    return {True: "moving", False: "standing", None: "not known"}[it["moving"]]
+    return {True: "moving", False: "standing", None: "not known"}[body["moving"]]
 
 
-def _lost_power(it: dict[str, Any]) -> str:
-    return "has lost its power" if it["power_cycled"] else ""
+def _lost_power(body: dict[str, Any]) -> str:
+    return "has lost its power" if body["power_cycled"] else ""
 
 
 def watch(
@@ -98,7 +98,7 @@ def watch(
     try:
         query = {"types": types, "bodies": bodies and _addresses(client, bodies)}
         query["sample"] = None if sample is None else f"{sample:g}"
-        wanted = {name: it for name, it in query.items() if it}
+        wanted = {name: value for name, value in query.items() if value}
         events = follow(client, "/events/stream", wanted, after)
         for event in islice(events, count):
             typer.echo(json.dumps(event, ensure_ascii=False) if as_json else _line(event))
@@ -151,11 +151,11 @@ def _stream(
         timeout=ANSWER_S,
         silence=SILENT_S,
         trust_env=client.trust_environment,
-    ) as it:
-        if not it.is_success:
-            it.read()
-            raise refusal(it.status_code, _problem(it), headers["X-Request-Id"])
-        yield from _server_sent(_lines(it.iter_text()))
+    ) as answer:
+        if not answer.is_success:
+            answer.read()
+            raise refusal(answer.status_code, _problem(answer), headers["X-Request-Id"])
+        yield from _server_sent(_lines(answer.iter_text()))
 
 
 def _problem(answer: http.HttpAnswer) -> dict[str, Any]:

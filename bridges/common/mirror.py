@@ -23,7 +23,7 @@ READERS: Final = 4
 MOST_ALARMS: Final = 2000
 NOT_FOUND: Final = 404
 _ALL: Final = frozenset({"stream.gap", "gateway.crashed", "gateway.reloaded"})
-"""After these nothing of what is known may count."""
+"""Event types after which every document is read again: events were lost, or the gateway began anew."""
 
 
 class Mirror:
@@ -112,13 +112,13 @@ class Mirror:
         ):
             for document in documents:
                 found.update(self._take(f"/{kind}/{quote(document[id_])}", document))
-        bodies = [f"/bodies/{quote(it)}" for line in lines for it in line.get("bodies", ())]
+        bodies = [f"/bodies/{quote(body)}" for line in lines for body in line.get("bodies", ())]
         await self._read(bodies)
         return found.union(bodies)
 
     async def _sweep(self) -> None:
         """Read everything again, a little at a time."""
-        for path in [it for it in self.documents if "/units/" not in it]:
+        for path in [path for path in self.documents if "/units/" not in path]:
             await self._read([path])
             await asyncio.sleep(0.5 * SWEEP_S / (len(self.documents) + 1))
             await self._read_due()
@@ -209,7 +209,7 @@ class Mirror:
         name = rest.partition("/")[0]
         own = [f"/{kind}/{quote(name)}"]
         if kind == "lines":
-            own += [path for path, it in self.documents.items() if _is_on(path, it, name)]
+            own += [path for path, document in self.documents.items() if _is_on(path, document, name)]
         return [*own, *(path for path in self._dependent if self._depends(path, subject, name))]
 
     def _depends(self, path: str, subject: str, name: str) -> bool:

@@ -1,4 +1,4 @@
-"""How far a bridge has come in the gateway's events, on the disk: where its next life goes on."""
+"""The cursor of the last gateway event that a bridge has delivered, kept on disk for the next start."""
 
 import asyncio
 import fcntl
@@ -34,7 +34,7 @@ class Position:
         self._path = data / f"{kind}.position"
         self._lock = data / f"{kind}.lock"
         self.cursor: str | None = None
-        """None before the first event: there is nothing to go on after."""
+        """Cursor of the last delivered event; None before the first event."""
         self._written: str | None = None
         self._moved = asyncio.Event()
 
@@ -85,7 +85,7 @@ class Position:
         self._moved.set()
 
     async def keep(self) -> None:
-        """Write what is reached, for ever. What the disk does not take is tried again with the next."""
+        """Write each new cursor to the disk until cancelled; a failed write is repeated with the next one."""
         trouble = False
         while True:
             await self._moved.wait()

@@ -40,7 +40,7 @@ class Host:
     name: str
     """The gateway's name in other systems."""
     gateway: AsyncGateway
-    """With the bridge's own key: it reads."""
+    """Connection for reading, with the bridge's own key."""
     callers: Callers
     """The callers that give commands, each with a key of its own."""
     mirror: Mirror
@@ -50,12 +50,14 @@ class Host:
     figures: Figures
     life: Life
     data: Path
-    """Where the bridge keeps what it has to know over restarts."""
+    """Folder of the files that have to survive a restart of the bridge."""
 
     def status(self) -> dict[str, Any]:
         """Tell how the bridge is, as `/status` does."""
         lines = {
-            it["line_id"]: it["state"] for path, it in self.mirror.documents.items() if "/lines/" in path
+            document["line_id"]: document["state"]
+            for path, document in self.mirror.documents.items()
+            if "/lines/" in path
         }
         return {
             "state": "online" if self.state.online else "offline",

@@ -108,7 +108,8 @@ class BridgeTable(Table):
     """The bridge's own process."""
 
     listen: Annotated[str, AfterValidator(_check_listen)] | None = None
-    """Where `/metrics` and `/status` are served over HTTP, to everybody who can reach it."""
+    """Address of `/metrics` and `/status` over HTTP, open to every client that reaches it; None: not
+    served."""
     log_level: Literal["debug", "info", "warning", "error"] = "info"
     log_format: Literal["text", "json"] = "text"
 
@@ -117,7 +118,7 @@ class CallerTable(Table):
     """One who may give commands: its key at the gateway decides what it may."""
 
     key_file: SecretFile | None = None
-    """None: the gateway lets everybody in."""
+    """File of the caller's API key; None for a gateway without access control."""
 
 
 class BridgeFile(Table):
@@ -131,6 +132,6 @@ class BridgeFile(Table):
 
     @property
     def secret_files(self) -> list[Path]:
-        """Every file that nobody else should be able to read."""
-        files = (self.gateway.key_file, *(it.key_file for it in self.callers.values()))
-        return [it for it in files if it is not None]
+        """Every file that holds a secret: only the bridge's own user should be able to read it."""
+        files = (self.gateway.key_file, *(caller.key_file for caller in self.callers.values()))
+        return [file for file in files if file is not None]

@@ -54,7 +54,7 @@ class State:
         """Sentences: why it is not online though its sides are connected."""
         self._news = asyncio.Event()
         self.since = datetime.now(UTC)
-        """When it last became another."""
+        """Time of the last change of the state."""
         self.on_change: Callable[[], object] = lambda: None
         for side in sides:
             self._down[side] = f"not connected to the {side} yet"

@@ -31,7 +31,7 @@ PAUSES_S: Final = (0.2, 0.5, 1.0, 2.0, 5.0)
 """Before each further try to reach the broker; the last one from then on."""
 TRY_AGAIN_S: Final = 5.0
 LEAVE_S: Final = 2.0
-"""How long commands may take to be answered at the end, and the last words to be said."""
+"""Longest wait at the end, in seconds, for the answers to commands and the last messages."""
 HELD_S: Final = 10.0
 """A connection that lasts longer was a good one."""
 SETTLE_S: Final = 2.0

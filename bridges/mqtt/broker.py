@@ -21,7 +21,7 @@ CLOUD_EVENT: Final = "application/cloudevents+json"
 IN_FLIGHT: Final = 64
 """Messages that wait for their acknowledgement at a time."""
 EVENTS_AT_ONCE, STATES_AT_ONCE = 32, 24
-"""Of these so many are events and states: where a broker is slow, the answer to a stop waits behind none."""
+"""Shares of `IN_FLIGHT` for events and states: the rest stays free for answers, as to a stop."""
 ANSWER_S: Final = 10.0
 NO_DELAY: Final = [(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)]
 """Else a small message waits for the acknowledgement of the one before: 40 ms."""
@@ -71,10 +71,10 @@ def new_client(
     keep_s: int = 0,
     version: str | None = None,
 ) -> TellingClient:
-    """Make a client for one connection: what is left of an earlier one is not sent by it.
+    """Make a client for one connection: unsent messages of an earlier connection are not sent by it.
 
-    The broker keeps its session for `keep_s` after its end: so long the will can be delayed. Without a
-    `version` of MQTT, that of the file is used.
+    The broker keeps the session for `keep_s` seconds after the connection ends, which also bounds the delay
+    of the will. Without a `version` of MQTT, that of the file is used.
 
     :raises OSError: a certificate cannot be used.
     """
@@ -120,7 +120,7 @@ def _context(file: MqttFile) -> ssl.SSLContext:
 
 
 def _no_passphrase() -> str:
-    """Keep OpenSSL from asking on a terminal that nobody sits at."""
+    """Give an empty passphrase, so that OpenSSL does not ask for one on the terminal of a service."""
     return ""
 
 
@@ -152,10 +152,10 @@ class Connection:
         expires_in_s: int | None = None,
         correlation: bytes | None = None,
     ) -> None:
-        """Publish, and wait for the acknowledgement if there is one. In MQTT 3.1.1 the payload is all.
+        """Publish, and wait for the acknowledgement if there is one; MQTT 3.1.1 sends the payload alone.
 
         :raises NotTaken: the broker refuses it.
-        :raises aiomqtt.MqttError: the connection is lost: nobody knows whether it was published.
+        :raises aiomqtt.MqttError: the connection is lost, and the message may or may not have been published.
         """
         properties = None
         if self.v5:

@@ -260,7 +260,7 @@ def _moved(answer: Answer) -> str:
     told = {_moved_by(move.get("status")) for move in moves if isinstance(move, dict)}
     if "heartbeat_within_ms" in content:
         told.add("yes")
-    return next((it for it in ("yes", "unknown") if it in told), "no")
+    return next((answer for answer in ("yes", "unknown") if answer in told), "no")
 
 
 def _moved_by(status: object) -> str:

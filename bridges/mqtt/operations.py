@@ -40,9 +40,9 @@ class Operations:
     def __init__(self, document: Mapping[str, Any]) -> None:
         schemas = document.get("components", {}).get("schemas", {})
         self._by_shape: dict[tuple[str, ...], Operation] = {}
-        """By the parts of a path that have to stand in it; what a parameter stands for is left out."""
+        """Operations by the fixed parts of their paths; the parts that are parameters are left out."""
         self._shapes: dict[int, set[tuple[int, ...]]] = {}
-        """By how many parts there are: which of them have to stand."""
+        """Places of the fixed parts of each known path, by the number of its parts."""
         for path, its in document["paths"].items():
             if "post" in its:
                 parts = path.split("/")
@@ -80,14 +80,14 @@ def _operation(path: str, told: Mapping[str, Any], schemas: Mapping[str, Any]) -
         stops=right == STOP,
         changes=right not in READS and right != STOP,
         moves=told.get("x-effect") == MOTION or path.endswith(RAW),
-        takes_within=any(WITHIN in it.get("properties", {}) for it in _requests(told, schemas)),
+        takes_within=any(WITHIN in request.get("properties", {}) for request in _requests(told, schemas)),
     )
 
 
 def _requests(told: Mapping[str, Any], schemas: Mapping[str, Any]) -> Iterator[Mapping[str, Any]]:
     """Give all shapes that a request can have."""
     content = told.get("requestBody", {}).get("content", {})
-    waiting = [it.get("schema", {}) for it in content.values()]
+    waiting = [media.get("schema", {}) for media in content.values()]
     while waiting:
         schema = waiting.pop()
         if "$ref" in schema:

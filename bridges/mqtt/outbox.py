@@ -11,7 +11,7 @@ from typing import Final
 log = logging.getLogger(__name__)
 
 MOST_WAITING: Final = 256
-"""Letters that wait to be acknowledged; whoever has more to send waits, and the gateway keeps it."""
+"""Most letters without an acknowledgement; further senders wait, and the gateway keeps their events."""
 MOST_KEPT: Final = 1000
 MOST_TRIES: Final = 5
 """Connections on which an answer is sent; a broker may end each of them because of that very answer."""
@@ -20,7 +20,7 @@ KEPT_S: Final = 5.0
 
 
 def _nothing() -> None:
-    """Nobody is to be told."""
+    """Do nothing: the sender of this letter needs no call once it is settled."""
 
 
 @dataclass(eq=False)
@@ -66,7 +66,7 @@ class Outbox:
         self._changed = asyncio.Condition()
 
     def __len__(self) -> int:
-        """How many wait."""
+        """Give the number of letters without an acknowledgement."""
         return len(self._letters)
 
     async def put(self, letter: Letter) -> None:
@@ -101,7 +101,7 @@ class Outbox:
                 group.create_task(self._send(letter, send))
 
     def _drop_refused(self) -> None:
-        for letter in [it for it in self._letters if it.tries >= self._most_tries]:
+        for letter in [letter for letter in self._letters if letter.tries >= self._most_tries]:
             log.warning("no broker takes a message for %s: it is left out", letter.topic)
             self._letters.remove(letter)
 

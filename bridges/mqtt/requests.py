@@ -20,7 +20,7 @@ MARKS: Final = ("correlation", "response_topic", "expires_at")
 LEASE_TOKEN: Final = "lease-token"  # noqa: S105  # the name of a user property
 MOST_BYTES: Final = 1 << 20
 LONGEST_PATH: Final = 2000
-"""Characters; no path of the API is so long."""
+"""Longest path accepted, in characters; every path of the API is shorter."""
 _SEGMENT: Final = re.compile(r"(?!\.{1,2}$)[^/\x00-\x1f\x7f]+")
 """A part of a path, decoded. One with a slash in it would be two parts to the gateway."""
 _TOKEN: Final = re.compile("[0-9]{1,19}")
@@ -31,7 +31,7 @@ _PLAIN_IN_PATHS: Final = "~!$&'()*,;=:@+"
 
 @dataclass(frozen=True)
 class Request:
-    """A command, before anybody has judged it."""
+    """A command as it was received, before any check of its caller or its content."""
 
     who: str
     path: str
@@ -41,7 +41,7 @@ class Request:
     malformed: str | None
     """Why the message cannot be read; None: it can."""
     correlation: str | None
-    """As an idempotency key is written."""
+    """Correlation data of the message, in the characters of an idempotency key; None without."""
     response_topic: str | None
     correlation_data: bytes | None
     """Goes back with the answer."""
@@ -86,11 +86,11 @@ def read(message: Message, root: str) -> Request:
 def _place(rest: str) -> tuple[str, str, dict[str, str]]:
     who, _, asked = rest.partition("/")
     path, _, query = asked.partition("?")
-    segments = [unquote(it) for it in path.split("/")]
+    segments = [unquote(part) for part in path.split("/")]
     if not all(map(_SEGMENT.fullmatch, segments)):
         return who, "", {}
     # Quoted anew: `/%6Doves` would be another operation here than at the gateway.
-    quoted = "".join(f"/{quote(it, safe=_PLAIN_IN_PATHS)}" for it in segments)
+    quoted = "".join(f"/{quote(segment, safe=_PLAIN_IN_PATHS)}" for segment in segments)
     its_query = dict(parse_qsl(query[:LONGEST_PATH], keep_blank_values=True))
     return who, quoted if len(quoted) <= LONGEST_PATH else "", its_query
 

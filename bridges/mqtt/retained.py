@@ -12,11 +12,11 @@ from bridges.mqtt.broker import STATES_AT_ONCE, Connection
 from bridges.mqtt.topics import STATES, state_of, topic_of, written
 
 EXPIRES_IN_S: Final = int(3 * SWEEP_S)
-"""A state that is not told again for so long is gone from the broker: nobody takes it for one of now."""
+"""Life of a retained state at the broker in seconds: an old one expires unless a sweep publishes it again."""
 STORED_WITHIN_S: Final = 2.0
 """A broker gives what it has stored under a filter by then."""
 QUIET_S: Final = 0.2
-"""It has given all when it has given nothing for so long."""
+"""Silence in seconds after which the broker has sent all that it has stored."""
 
 
 class Retained:
@@ -73,7 +73,7 @@ class Retained:
 
 def filters(root: str) -> list[str]:
     """Give the filters of all that is retained below a root."""
-    return [f"{root}/{it}" for it in STATES]
+    return [f"{root}/{state}" for state in STATES]
 
 
 async def clear_stale(
@@ -81,8 +81,8 @@ async def clear_stale(
 ) -> None:
     """Take back what an earlier life has left at the broker of things that are there no more."""
     ours = retained.topics()
-    for it in filters(root):
-        await listener.subscribe(it, qos=0)
+    for topic_filter in filters(root):
+        await listener.subscribe(topic_filter, qos=0)
     stale: list[str] = []
     try:
         async with asyncio.timeout(STORED_WITHIN_S) as patience:

@@ -19,7 +19,9 @@ def _check_broker(text: str) -> str:
 def check_topic(text: str) -> str:
     """Refuse what is no beginning of a topic."""
     segments = text.split("/")
-    if not text or any(not it or it != it.strip() or set(it) & set("+#\0") for it in segments):
+    if not text or any(
+        not segment or segment != segment.strip() or set(segment) & set("+#\0") for segment in segments
+    ):
         raise ValueError(
             f"must be a topic such as acme/fab2/stocker1, without +, # and empty parts, not {text!r}"
         )
@@ -29,7 +31,7 @@ def check_topic(text: str) -> str:
 
 
 def _positions(value: Any) -> tuple[str, ...]:
-    if not isinstance(value, list) or not all(isinstance(it, str) and it for it in value):
+    if not isinstance(value, list) or not all(isinstance(address, str) and address for address in value):
         raise ValueError('must be an array of addresses such as ["line1.3F", "r1/units/1"]')
     return tuple(value)
 
@@ -56,7 +58,7 @@ class Mqtt(Table):
     """Everything is below this topic; None: motion/ and the name of the gateway."""
     version: Literal["5", "3.1.1"] = "5"
     client_id: Annotated[str, Field(min_length=1, max_length=128)] | None = None
-    """None: motion-gateway-bridge- and the name of the gateway."""
+    """Client id at the broker; None: motion-gateway-bridge- and the name of the gateway."""
     user: str | None = None
     password_file: SecretFile | None = None
     ca_file: ExistingFile | None = None
@@ -67,12 +69,13 @@ class Mqtt(Table):
     keepalive_s: int = Field(10, ge=2, le=3600)
     """A broker that hears nothing for half as long again tells that the bridge is gone."""
     will_delay_s: int = Field(0, ge=0, le=3600)
-    """The broker waits so long for the bridge to come back before it tells; MQTT 5 alone."""
+    """Delay in seconds before the broker tells that the bridge is gone, time for it to return; only MQTT
+    5."""
     commands: bool = False
     positions: Annotated[tuple[str, ...], PlainValidator(_positions)] = ()
     """Bodies and units whose positions are published live."""
     position_rate: float = Field(1.0, ge=0.1, le=50)
-    """How many times a second at most, each."""
+    """Most position messages a second, for each body or unit."""
 
     sparkplug: Sparkplug | None = None
 
@@ -123,6 +126,6 @@ class MqttFile(BridgeFile):
 
     @property
     def secret_files(self) -> list[Path]:
-        """Every file that nobody else should be able to read."""
+        """Every file that holds a secret: only the bridge's own user should be able to read it."""
         own = (self.mqtt.password_file, self.mqtt.key_file)
-        return [*super().secret_files, *(it for it in own if it is not None)]
+        return [*super().secret_files, *(file for file in own if file is not None)]

@@ -47,7 +47,7 @@ _AGES: Final = frozenset({"Position Age", "Last Heard"})
 
 
 class HostGone(Exception):
-    """The primary host is offline: nobody is to be told anything."""
+    """The primary host is offline, so the edge node goes offline too and publishes nothing."""
 
 
 class Node:
@@ -94,8 +94,8 @@ class Node:
         filters = [self._topic("NCMD"), f"{self._topic('DCMD')}/+"]
         if self._table.host:
             filters.append(self._state_topic)
-        for it in filters:
-            await connection.client.subscribe(it, qos=1)
+        for topic_filter in filters:
+            await connection.client.subscribe(topic_filter, qos=1)
         try:
             await self._work(connection)
         finally:  # of a connection that is closed as it should be, the broker does not tell it
@@ -177,10 +177,10 @@ class Node:
         if node.keys() != self._told[""].keys():
             await self._tell_births(connection)
         there = dict(devices(self._mirror)) if self._host.state.is_up(GATEWAY) else {}
-        for device in [it for it in self._told if it and it not in there]:
+        for device in [device for device in self._told if device and device not in there]:
             del self._told[device]
             await self._send(connection, f"{self._topic('DDEATH')}/{device}", [])
-        for device in [it for it in there if it not in self._told]:
+        for device in [device for device in there if device not in self._told]:
             told = _values(there[device])
             metrics = list(self._named(device, told, there[device]))
             await self._send(connection, f"{self._topic('DBIRTH')}/{device}", metrics)
@@ -199,8 +199,8 @@ class Node:
         changed = {name: value for name, value in told.items() if before.get(name) != value}
         if changed.keys() - _AGES:
             metrics = [
-                Metric(it.value, it.datatype, alias=it.alias, timestamp_ms=it.timestamp_ms)
-                for it in self._named(device, changed, document)
+                Metric(metric.value, metric.datatype, alias=metric.alias, timestamp_ms=metric.timestamp_ms)
+                for metric in self._named(device, changed, document)
             ]
             await self._send(connection, topic, metrics)
             self._told[device] = told

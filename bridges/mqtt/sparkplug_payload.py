@@ -48,7 +48,7 @@ _LENGTHS: Final = {_FIXED_64: 8, _FIXED_32: 4}
 
 def encode(metrics: Iterable[Metric], timestamp_ms: int, seq: int | None) -> bytes:
     """Write a payload; a death of a node has no sequence number."""
-    parts = [_number(_TIMESTAMP, timestamp_ms), *(_field(_METRICS, _metric(it)) for it in metrics)]
+    parts = [_number(_TIMESTAMP, timestamp_ms), *(_field(_METRICS, _metric(metric)) for metric in metrics)]
     if seq is not None:
         parts.append(_number(_SEQ, seq))
     return b"".join(parts)

@@ -61,7 +61,9 @@ def state_of(path: str, documents: Mapping[str, Document]) -> dict[str, Any]:
 
 def _position_age_s(body: Document) -> float | None:
     """Count by the gateway's clock alone: the age of its last answer, and how much older the position is."""
-    read_at, heard_at, age_s = (body.get(it) for it in ("position_read_at", "last_heard_at", "known_age_s"))
+    read_at, heard_at, age_s = (
+        body.get(member) for member in ("position_read_at", "last_heard_at", "known_age_s")
+    )
     if read_at is None or heard_at is None or age_s is None:
         return None
     older_s = (datetime.fromisoformat(heard_at) - datetime.fromisoformat(read_at)).total_seconds()

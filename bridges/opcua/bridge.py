@@ -28,13 +28,13 @@ log = logging.getLogger(__name__)
 
 SIDE: Final = "listener"
 FOLDER: Final = "opcua"
-"""In the data directory: the server's certificate, and those of clients."""
+"""Folder in the data directory for the certificates of the server and of its clients."""
 LIVE: Final = ("body.position", "robot.position")
 LOOK_S: Final = 0.5
-"""So often it is looked which positions are monitored, and whether the gateway is there."""
+"""Interval in seconds between checks of the monitored positions and of the connection to the gateway."""
 TRY_AGAIN_S: Final = 5.0
 KEYS_EVERY_S: Final = 15.0
-"""So often it is asked whether the keys of sessions are still good."""
+"""Interval in seconds between checks that the keys of open sessions are still valid."""
 KEY_EVENTS: Final = frozenset({"gateway.key.revoked", "gateway.key.expired"})
 READ_WITHIN_S: Final = 2.0
 """A client that asks for new values gets those that were read by then."""
@@ -204,7 +204,9 @@ class Bridge:
     async def _read_limits(self) -> None:
         """Ask each axis once for its soft limits, slowly: they change seldom."""
         while True:
-            for axis in [it for it in self._plant.axes.values() if it.is_online and not it.limits_known]:
+            for axis in [
+                axis for axis in self._plant.axes.values() if axis.is_online and not axis.limits_known
+            ]:
                 try:
                     await self._read_limits_of(axis)
                 except GatewayError as error:
@@ -226,10 +228,12 @@ class Bridge:
         if not wanted:
             return
         axes = [
-            it for it in self._plant.axes.values() if self._space.id(f"{it.node}.ActualPosition") in wanted
+            axis
+            for axis in self._plant.axes.values()
+            if self._space.id(f"{axis.node}.ActualPosition") in wanted
         ]
         newest_s = max(max_age_s, NEWEST_S)
-        left = iter({it.path for it in axes if it.is_online and self._plant.age_s(it) > newest_s})
+        left = iter({axis.path for axis in axes if axis.is_online and self._plant.age_s(axis) > newest_s})
 
         async def read_next() -> None:
             for path in left:

@@ -24,7 +24,7 @@ GOOD_FOR: Final = timedelta(days=5 * 365)
 ENDS_SOON: Final = timedelta(days=30)
 ENDINGS: Final = frozenset({".der", ".pem", ".crt", ".cer"})
 MOST_REJECTED: Final = 20
-"""Certificates of refused clients that are kept for somebody to look at."""
+"""Most certificates of refused clients that are kept, for an operator to inspect."""
 
 
 class Untrusted(Exception):
@@ -99,7 +99,7 @@ def _usage() -> x509.KeyUsage:
 
 def _own_names() -> list[x509.GeneralName]:
     names = dict.fromkeys((socket.gethostname(), socket.getfqdn(), "localhost"))
-    return [*(x509.DNSName(it) for it in names), x509.IPAddress(ip_address("127.0.0.1"))]
+    return [*(x509.DNSName(name) for name in names), x509.IPAddress(ip_address("127.0.0.1"))]
 
 
 def _uris(certificate: x509.Certificate) -> list[str]:
@@ -111,10 +111,10 @@ def _uris(certificate: x509.Certificate) -> list[str]:
 
 
 class Trusted:
-    """The folder of certificates that are trusted: a client's own, or that of who signed it.
+    """The folder of trusted certificates: those of clients, or of the authorities that signed them.
 
     It is read anew for each client that connects: to trust one is to copy a file, to trust it no more is to
-    remove one. What was refused is put into `rejected`, from where it can be copied.
+    remove one. Refused certificates are put into `rejected`, from where they can be copied.
     """
 
     def __init__(self, folder: Path, rejected: Path) -> None:
@@ -132,7 +132,9 @@ class Trusted:
             raise Untrusted("it is no certificate") from None
         if not certificate.not_valid_before_utc <= datetime.now(UTC) <= certificate.not_valid_after_utc:
             raise Untrusted("it is not good today")
-        if not any(certificate == it or _signed(it, certificate) for it in self._certificates()):
+        if not any(
+            certificate == trusted or _signed(trusted, certificate) for trusted in self._certificates()
+        ):
             raise Untrusted(self._reject(certificate))
 
     def _certificates(self) -> Iterator[x509.Certificate]:
@@ -147,7 +149,7 @@ class Trusted:
                 log.warning("%s cannot be read: %s", path, error)
 
     def _reject(self, certificate: x509.Certificate) -> str:
-        """Keep a certificate for somebody to look at; gives the sentence for the log."""
+        """Keep a refused certificate for the operator to inspect; gives the sentence for the log."""
         path = self._rejected / f"{certificate.fingerprint(hashes.SHA1()).hex()}.der"  # noqa: S303  # a name
         try:
             self._rejected.mkdir(mode=0o700, parents=True, exist_ok=True)

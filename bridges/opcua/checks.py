@@ -24,7 +24,7 @@ async def check(file: OpcuaFile, say: Say) -> list[str]:
         return troubles
     if not folder.is_dir():
         return [*troubles, f"opcua.trusted: {folder} is no folder"]
-    count = sum(it.suffix.lower() in ENDINGS for it in folder.iterdir())
+    count = sum(file.suffix.lower() in ENDINGS for file in folder.iterdir())
     say(f"opcua.trusted: {count} certificates")
     if count == 0:
         troubles.append(

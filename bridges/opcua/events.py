@@ -38,7 +38,7 @@ MORE: Final = (
 """Fields made from the record: sentences, the whole as JSON, and its place in the gateway's events."""
 ENDS: Final = frozenset(("succeeded", "failed", "stopped", "rejected", "cancelled", "lost", "unknown"))
 SEVERITIES: Final = {"succeeded": 100, "stopped": 300, "cancelled": 300, "rejected": 500}
-"""By the status of a move; all else is a fault."""
+"""Severities of OPC UA events (1 to 1000) by the status of a move; every other status is a fault."""
 FAULT: Final = 700
 ALARM_SEVERITY: Final = 800
 OVER_SEVERITY: Final = 400
@@ -75,10 +75,10 @@ class _Speaking:
 
     def to_event_fields(self, select_clauses: list[ua.SimpleAttributeOperand]) -> list[ua.Variant]:
         """Give the fields that a client wants, as variants; what there is not is null."""
-        return [self._field(it) for it in select_clauses]
+        return [self._field(clause) for clause in select_clauses]
 
     def _field(self, clause: ua.SimpleAttributeOperand) -> ua.Variant:
-        path = [it.Name for it in clause.BrowsePath or ()]
+        path = [name.Name for name in clause.BrowsePath or ()]
         name = "/".join(path) if path else ua.AttributeIds(clause.AttributeId).name
         value = getattr(self, name, None)
         if isinstance(value, _Spoken):
@@ -259,4 +259,4 @@ def _sentence(alarm: Document, language: str, *, over: bool) -> str:
     texts = alarm[language]
     if over and alarm.get("when_over"):
         texts = alarm["when_over"][language]
-    return " ".join(it for it in (texts["happened"], texts["motor"], texts["remedy"]) if it)
+    return " ".join(sentence for sentence in (texts["happened"], texts["motor"], texts["remedy"]) if sentence)

@@ -17,9 +17,9 @@ from bridges.opcua.sessions import GUEST
 log = logging.getLogger(__name__)
 
 TTL_S: Final = 30.0
-"""So long a lock lasts without RenewLock; the gateway allows no longer."""
+"""Seconds until a lock ends without RenewLock: the longest lease that the gateway allows."""
 AGAIN_S: Final = 1.0
-"""Locks that stand are read so often: their time runs."""
+"""Interval in seconds between readings of the present locks, whose remaining time falls."""
 DONE: Final = 0
 NOT: Final = -1
 """Status of the methods (DI 7.6) where it is locked already, or is not locked."""
@@ -45,9 +45,10 @@ def _lease_of(scope: str) -> str | None:
 
 
 def _done(name: str, answer: Answer | None) -> ua.CallMethodResult:
-    """Tell whether the gateway has done it; None: it was not asked, for there is no lease.
+    """Make the answer of a lock method; `answer` is None if there is no lease to ask the gateway about.
 
-    That somebody else has it, or that it has run out, is no error of the call in DI, but what it answers.
+    In DI a lock of another client, or one that has expired, is not a failed call but a status that it
+    returns.
     """
     status = ua.StatusCodes.BadNotFound if answer is None else status_of(answer)
     is_done = status == ua.StatusCodes.Good
@@ -129,7 +130,7 @@ class Locks:
         return _done("ExitLock", answer)
 
     async def _break(self, scope: str) -> ua.CallMethodResult:
-        """End the lease of anybody: an admin may."""
+        """End the lease of any client, as an admin may."""
         answer = None
         if scope in self._ids:
             id_ = quote(self._ids[scope], safe="")
@@ -153,8 +154,8 @@ class Locks:
             await self._tell(leases)
 
     async def _tell(self, leases: list[dict[str, Any]]) -> None:
-        standing = {address: it for it in leases for address in (*it["covers"], it["scope"])}
-        self._ids = {address: it["lease"] for address, it in standing.items()}
+        standing = {address: lease for lease in leases for address in (*lease["covers"], lease["scope"])}
+        self._ids = {address: lease["lease"] for address, lease in standing.items()}
         for scope, name in self._names.items():
             lease = standing.get(scope)
             values: tuple[Any, ...] = (False, "", "", 0.0)

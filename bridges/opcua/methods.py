@@ -28,7 +28,7 @@ STATUSES: Final = {
     429: Codes.BadTooManyOperations,
     503: Codes.BadResourceUnavailable,
 }
-"""By the status of the gateway's refusal."""
+"""Status codes of OPC UA by the HTTP status of the gateway's refusal."""
 KINDS: Final = {
     "lease": Codes.BadLocked,
     "body-offline": Codes.BadNoCommunication,
@@ -37,7 +37,7 @@ KINDS: Final = {
     "expired": Codes.BadTimeout,
     "not-found": Codes.BadNotFound,
 }
-"""By the kind of a refusal, where that says more."""
+"""Status codes of OPC UA by the kind of a refusal; they say more than those by the HTTP status."""
 PREFIX: Final = "urn:motion-gateway:problem:"
 _KEY: Final = re.compile("[!-~]{1,150}")
 
@@ -115,7 +115,9 @@ def result(status: int, gives: Sequence[Argument], *values: Any) -> ua.CallMetho
     """Make an answer; one that is bad has its outputs all the same."""
     answer = ua.CallMethodResult()
     answer.StatusCode = ua.StatusCode(status)
-    answer.OutputArguments = [ua.Variant(value, it.type) for it, value in zip(gives, values, strict=True)]
+    answer.OutputArguments = [
+        ua.Variant(value, argument.type) for argument, value in zip(gives, values, strict=True)
+    ]
     return answer
 
 
@@ -301,12 +303,12 @@ class PlantMethods:
         async def stop() -> ua.CallMethodResult:
             asking = (self._commands.ask(Request(f"{path}/stop", None), stops=True) for path in paths)
             answers = await asyncio.gather(*asking)
-            refused = next((it for it in answers if not it.is_success), None)
+            refused = next((answer for answer in answers if not answer.is_success), None)
             if refused is not None:
                 return result(status_of(refused), STOPPED, False, *sentences(refused))
-            confirmed = all(it.content.get("confirmed") for it in answers)
-            reports = [one for it in answers for one in _reports(it.content)]
-            detail = " ".join(dict.fromkeys(it["detail"] for it in reports if it["detail"]))
+            confirmed = all(answer.content.get("confirmed") for answer in answers)
+            reports = [one for answer in answers for one in _reports(answer.content)]
+            detail = " ".join(dict.fromkeys(report["detail"] for report in reports if report["detail"]))
             return result(Codes.Good, STOPPED, confirmed, detail, "")
 
         return stop
@@ -342,14 +344,14 @@ def checked(takes: Sequence[Argument], handler: Handler) -> Handler:
         if len(given) != len(takes):
             few = len(given) < len(takes)
             return _plain(Codes.BadArgumentsMissing if few else Codes.BadTooManyArguments)
-        fits = [_fits(it, argument) for it, argument in zip(given, takes, strict=True)]
+        fits = [_fits(value, argument) for value, argument in zip(given, takes, strict=True)]
         if not all(fits):
             answer = _plain(Codes.BadInvalidArgument)
             answer.InputArgumentResults = [
-                ua.StatusCode(Codes.Good if it else Codes.BadTypeMismatch) for it in fits
+                ua.StatusCode(Codes.Good if fits_type else Codes.BadTypeMismatch) for fits_type in fits
             ]
             return answer
-        return await handler(*(it.Value for it in given))
+        return await handler(*(value.Value for value in given))
 
     return call
 

@@ -51,7 +51,7 @@ class Argument(NamedTuple):
 
 
 class Space:
-    """The nodes of a server. Those of the plant are named by strings: `line1.3F.ActualPosition`."""
+    """The nodes of a server; nodes of the plant have string ids, such as `line1.3F.ActualPosition`."""
 
     def __init__(self, server: PlantListener) -> None:
         self._server = server
@@ -259,12 +259,12 @@ class Space:
             return
         values = [
             ua.Argument(
-                Name=it.name,
-                DataType=ua.NodeId(it.type.value),
+                Name=argument.name,
+                DataType=ua.NodeId(argument.type.value),
                 ValueRank=ua.ValueRank.Scalar,
-                Description=ua.LocalizedText(it.told),
+                Description=ua.LocalizedText(argument.told),
             )
-            for it in arguments
+            for argument in arguments
         ]
         self._signatures[key] = self.variable(
             method,
@@ -310,7 +310,7 @@ def told(value: ua.Variant, at: datetime | None, status: ua.StatusCode = GOOD) -
 
 
 def bad(code: int) -> ua.DataValue:
-    """Make a value of what nobody knows."""
+    """Make a data value without a value, with the status `code` that says why there is none."""
     return ua.DataValue(StatusCode=ua.StatusCode(code), ServerTimestamp=datetime.now(UTC))
 
 

@@ -71,13 +71,13 @@ class Plant:
         self._space, self._mirror, self._methods = space, mirror, methods
         self._good_for_s = good_for_s
         self.axes: dict[str, Axis] = {}
-        """By the names of their nodes."""
+        """Axes by the names of their nodes."""
         self._by_path: dict[str, list[Axis]] = {}
         self._shapes: dict[str, tuple[Any, ...]] = {}
         """Names and units from which the nodes of a line or a robot were made."""
         self._states: dict[ua.NodeId, Any] = {}
         self._clock_ahead = timedelta()
-        """How much this machine's clock is ahead of the gateway's."""
+        """Lead of this machine's clock over the gateway's clock."""
         self.is_connected: Callable[[], bool] = lambda: True
         """Tells if the gateway is connected: without it nothing is known."""
 
@@ -109,16 +109,18 @@ class Plant:
         if line is not None and line.get("protocol", "rorze") != "rorze":
             return  # a robot is a device itself
         name = path.rpartition("/")[2]
-        bodies = [self._mirror.documents.get(f"/bodies/{it}") for it in (line or {}).get("bodies", ())]
-        known = [it for it in bodies if it is not None]
-        shape = tuple((it["body_id"], it["name"], *scale_of(it)) for it in known) if line else ()
+        bodies = [self._mirror.documents.get(f"/bodies/{body}") for body in (line or {}).get("bodies", ())]
+        known = [body for body in bodies if body is not None]
+        shape = tuple((body["body_id"], body["name"], *scale_of(body)) for body in known) if line else ()
         if shape == self._shapes.get(name):
             return
         self._forget(name)
         if line is None:
             return
         self._shapes[name] = shape
-        axes = self._system(name, name, FAMILIES["rorze"], name, [f"/bodies/{it['body_id']}" for it in known])
+        axes = self._system(
+            name, name, FAMILIES["rorze"], name, [f"/bodies/{body['body_id']}" for body in known]
+        )
         for body in known:
             unit, scale = scale_of(body)
             address = body["body_id"]
@@ -129,7 +131,9 @@ class Plant:
     def _shape_robot(self, robot: Document | None, path: str) -> None:
         name = path.rpartition("/")[2]
         units = (robot or {}).get("units", [])
-        shape = tuple((it["number"], *((axis["name"], axis["unit"]) for axis in it["axes"])) for it in units)
+        shape = tuple(
+            (unit["number"], *((axis["name"], axis["unit"]) for axis in unit["axes"])) for unit in units
+        )
         if robot is not None and shape == self._shapes.get(name):
             return
         self._forget(name)
@@ -141,14 +145,20 @@ class Plant:
             unit_name, its_path = f"{name}.{unit['number']}", f"{path}/units/{unit['number']}"
             axes, device = self._motion_device(folder, unit_name, str(unit["number"]), FAMILIES["fics"], name)
             self._methods.of_unit(unit_name, its_path, name, device)
-            for it in unit["axes"]:
-                axis = Axis(f"{unit_name}.{it['name']}", name, its_path, it["unit"], name=it["name"])
-                self._axis(axes, axis, it["name"], it["name"])
+            for axis_info in unit["axes"]:
+                axis = Axis(
+                    f"{unit_name}.{axis_info['name']}",
+                    name,
+                    its_path,
+                    axis_info["unit"],
+                    name=axis_info["name"],
+                )
+                self._axis(axes, axis, axis_info["name"], axis_info["name"])
 
     def _forget(self, name: str) -> None:
         if self._shapes.pop(name, None) is None:
             return
-        for node in [it for it in self.axes if it.startswith(f"{name}.")]:
+        for node in [axis for axis in self.axes if axis.startswith(f"{name}.")]:
             axis = self.axes.pop(node)
             self._by_path.pop(axis.path, None)
             self._space.remove(axis.address)
@@ -174,10 +184,14 @@ class Plant:
             events=True,
         )
         folders = {
-            it: space.object(
-                system, f"{name}.{it}", (it, space.robotics), ua.NodeId(ua.ObjectIds.FolderType), frame
+            folder: space.object(
+                system,
+                f"{name}.{folder}",
+                (folder, space.robotics),
+                ua.NodeId(ua.ObjectIds.FolderType),
+                frame,
             )
-            for it in ("MotionDevices", "Controllers", "SafetyStates")
+            for folder in ("MotionDevices", "Controllers", "SafetyStates")
         }
         self._controller(folders["Controllers"], f"{name}.Controllers.{family[1]}", family, frame)
         self._safety(folders["SafetyStates"], f"{name}.SafetyStates.SafetyState", frame)
@@ -217,9 +231,13 @@ class Plant:
         )
         folders = [
             space.object(
-                device, f"{name}.{it}", (it, space.robotics), ua.NodeId(ua.ObjectIds.FolderType), frame
+                device,
+                f"{name}.{folder}",
+                (folder, space.robotics),
+                ua.NodeId(ua.ObjectIds.FolderType),
+                frame,
             )
-            for it in ("Axes", "PowerTrains")
+            for folder in ("Axes", "PowerTrains")
         ]
         return folders[0], device
 
@@ -227,9 +245,13 @@ class Plant:
         space = self._space
         controller = space.object(folder, name, (family[1], space.own), space.type("ControllerType"), frame)
         self._nameplate(controller, name, family[0], family[1], frame)
-        for it in ("Software", "TaskControls"):
+        for browse_name in ("Software", "TaskControls"):
             space.object(
-                controller, f"{name}.{it}", (it, space.robotics), ua.NodeId(ua.ObjectIds.FolderType), frame
+                controller,
+                f"{name}.{browse_name}",
+                (browse_name, space.robotics),
+                ua.NodeId(ua.ObjectIds.FolderType),
+                frame,
             )
         user = space.object(
             controller, f"{name}.CurrentUser", ("CurrentUser", space.robotics), space.type("UserType"), frame
@@ -267,8 +289,10 @@ class Plant:
             ("EmergencyStop", ua.ObjectIds.Boolean),
             ("ProtectiveStop", ua.ObjectIds.Boolean),
         )
-        for it, type_ in types:
-            space.variable(parameters, f"{name}.{it}", (it, space.robotics), None, frame, data_type=type_)
+        for parameter, type_ in types:
+            space.variable(
+                parameters, f"{name}.{parameter}", (parameter, space.robotics), None, frame, data_type=type_
+            )
 
     def _axis(self, folder: ua.NodeId, axis: Axis, browse: str, display: str) -> None:
         space, name, address = self._space, axis.node, axis.address
@@ -434,6 +458,6 @@ class Plant:
         await self._space.write(node, told(ua.Variant(limits, Type.ExtensionObject), datetime.now(UTC)))
 
     async def tell_no_limits(self, axis: Axis) -> None:
-        """Tell that nobody knows an axis's soft limits."""
+        """Write that an axis's soft limits are not known."""
         axis.limits_known = True
         await self._space.write(self._space.id(f"{axis.node}.ActualPosition.EURange"), not_supported())

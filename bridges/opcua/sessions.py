@@ -21,7 +21,7 @@ class SignInRefused(Exception):
 
 
 class GatewayAway(Exception):
-    """Nobody can say whether a key is good."""
+    """The gateway does not answer, so a key cannot be checked."""
 
 
 @dataclass(eq=False)
@@ -49,7 +49,7 @@ class Guest:
         if address is None or self.visible is None or address in self.visible:
             return True
         name = address.removesuffix("/")
-        return name != address and any(it.partition(".")[0] == name for it in self.visible)
+        return name != address and any(visible.partition(".")[0] == name for visible in self.visible)
 
     async def ask(
         self,
@@ -127,5 +127,5 @@ async def _visible(caller: Caller) -> frozenset[str]:
         answer = await caller.ask("GET", f"/{kind}")
         if not answer.is_success:
             raise SignInRefused(f"its key may not list /{kind}")
-        found.update(it[id_] for it in answer.content[kind])
+        found.update(item[id_] for item in answer.content[kind])
     return frozenset(found)

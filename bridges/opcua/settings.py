@@ -39,7 +39,7 @@ class Opcua(Table):
     good_for_s: float = Field(10.0, ge=0.1, le=3600)
     """A position that is older is told as uncertain."""
     position_rate: float = Field(2.0, ge=0.1, le=50)
-    """How many times a second at most a position that somebody monitors is read, each."""
+    """Most readings a second of each position that a client monitors."""
 
 
 class OpcuaFile(BridgeFile):

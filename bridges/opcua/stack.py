@@ -1,8 +1,8 @@
-"""The library's server, with what a plant needs of it: trust, keys, languages, and calls that do not wait.
+"""The library's server with a plant's additions: trust, keys, languages, and calls that do not wait.
 
-What is mended of asyncua 2.1: a channel is opened for trusted certificates alone, sessions have names that
-nobody guesses, a session that another channel asks for in vain stays its owner's, subscriptions belong to
-who made them, a call that takes long holds up nothing else, and a lost notification is said to be lost.
+It corrects asyncua 2.1: only a trusted certificate opens a channel, session names cannot be guessed, a
+session stays with its owner if another channel asks for it in vain, a subscription belongs to the session
+that made it, a slow call delays no other, and lost notifications are reported as lost.
 """
 
 import asyncio
@@ -60,8 +60,10 @@ def quiet_library() -> None:
 
 
 def forget_sources() -> None:
-    """Let go of the code that has made the standard nodes: 8 MiB that nobody runs again."""
-    for name in [it for it in sys.modules if it.startswith("asyncua.server.standard_address_space")]:
+    """Free the code that made the standard nodes: 8 MiB that never run again."""
+    for name in [
+        module for module in sys.modules if module.startswith("asyncua.server.standard_address_space")
+    ]:
         del sys.modules[name]
     vars(asyncua.server).pop("standard_address_space", None)
 
@@ -98,9 +100,9 @@ class Session(InternalSession):
         self.iserver.register_external_session(self)
 
     async def admit(self, params: ua.ActivateSessionParameters) -> None:
-        """Ask the gateway who it is that activates the session.
+        """Ask the gateway for the caller whose name and key activate the session.
 
-        :raises ServiceError: it is nobody.
+        :raises ServiceError: the caller is not known, the key is wrong, or the gateway is away.
         """
         token = params.UserIdentityToken
         if not isinstance(token, ua.UserNameIdentityToken):
@@ -150,12 +152,14 @@ class Session(InternalSession):
 
     async def read(self, params: ua.ReadParameters) -> list[ua.DataValue]:
         """Read what the guest may see, anew where it asks for newer values than there are."""
-        nodes = [it.NodeId for it in params.NodesToRead if it.AttributeId == ua.AttributeIds.Value]
-        await self.iserver.refresh([it for it in nodes if self._sees(it)], params.MaxAge / 1e3)
+        nodes = [
+            wanted.NodeId for wanted in params.NodesToRead if wanted.AttributeId == ua.AttributeIds.Value
+        ]
+        await self.iserver.refresh([node for node in nodes if self._sees(node)], params.MaxAge / 1e3)
         values = await super().read(params)
         return [
-            value if self._sees(it.NodeId) else _refused_value()
-            for it, value in zip(params.NodesToRead, values, strict=True)
+            value if self._sees(wanted.NodeId) else _refused_value()
+            for wanted, value in zip(params.NodesToRead, values, strict=True)
         ]
 
     async def write(self, params: ua.WriteParameters) -> list[ua.StatusCode]:
@@ -166,7 +170,7 @@ class Session(InternalSession):
         """List what the guest may see."""
         results = await super().browse(params)
         for result in results:
-            result.References = [it for it in result.References if self._sees(it.NodeId)]
+            result.References = [reference for reference in result.References if self._sees(reference.NodeId)]
         return results
 
     async def call(self, params: list[ua.CallMethodRequest]) -> list[ua.CallMethodResult]:
@@ -187,10 +191,10 @@ class Session(InternalSession):
     ) -> list[ua.MonitoredItemCreateResult]:
         """Monitor what the guest may see."""
         self._own(params.SubscriptionId)
-        hidden = [not self._sees(it.ItemToMonitor.NodeId) for it in params.ItemsToCreate]
+        hidden = [not self._sees(item.ItemToMonitor.NodeId) for item in params.ItemsToCreate]
         if any(hidden):
             params.ItemsToCreate = [
-                it for it, is_hidden in zip(params.ItemsToCreate, hidden, strict=True) if not is_hidden
+                item for item, is_hidden in zip(params.ItemsToCreate, hidden, strict=True) if not is_hidden
             ]
         made = iter(await super().create_monitored_items(params))
         self.iserver.judge_fully(params.SubscriptionId)
@@ -398,9 +402,9 @@ class Where(WhereClauseEvaluator):
         found = [type_]
         while (node := self._aspace.get(found[-1])) is not None:
             above = [
-                it.NodeId
-                for it in node.references
-                if not it.IsForward and it.ReferenceTypeId == ua.NodeId(ua.ObjectIds.HasSubtype)
+                reference.NodeId
+                for reference in node.references
+                if not reference.IsForward and reference.ReferenceTypeId == ua.NodeId(ua.ObjectIds.HasSubtype)
             ]
             if not above or above[0] in found:
                 break
@@ -409,12 +413,12 @@ class Where(WhereClauseEvaluator):
 
 
 class Subscriptions(SubscriptionService):
-    """Subscriptions; an event is told to each in its own language, and to those who may see it."""
+    """Subscriptions; an event is told in the language of each session, if its caller may see the event."""
 
     iserver: "PlantServer"
 
     async def trigger_event(self, event: Any, subscription_id: int | None = None) -> None:
-        """Tell an event, and keep a condition that stands for those who ask for a refresh."""
+        """Tell an event, and keep a condition that stands for clients that ask for a refresh."""
         if hasattr(event, "Retain"):
             if event.Retain:
                 self._conditions[event.NodeId] = event
@@ -472,19 +476,19 @@ class PlantServer(InternalServer):
         self._works: set[asyncio.Task[Any]] = set()
 
     def create_session(self, name: str, user: User | None = None, external: bool = False) -> InternalSession:
-        """Make a session that nobody has activated yet."""
+        """Make a session that no client has activated yet."""
         nobody = user or User(role=UserRole.Anonymous)
         return Session(self, self.aspace, self.subscription_service, name, user=nobody, external=external)
 
     @property
     def sessions(self) -> list[Session]:
         """All that have a guest."""
-        found = [it for it in self._external_sessions.values() if isinstance(it, Session)]
-        return [it for it in found if it.guest is not None and it.is_activated()]
+        found = [session for session in self._external_sessions.values() if isinstance(session, Session)]
+        return [session for session in found if session.guest is not None and session.is_activated()]
 
     def guest_of(self, session_id: ua.NodeId) -> Guest | None:
         """Give the guest of a session."""
-        return next((it.guest for it in self.sessions if it.session_id == session_id), None)
+        return next((session.guest for session in self.sessions if session.session_id == session_id), None)
 
     def judge_fully(self, number: int) -> None:
         """Have the events of a subscription judged by `Where`."""
@@ -508,7 +512,7 @@ class PlantServer(InternalServer):
         await super().setup_condition_methods()
 
         async def refresh(_parent: ua.NodeId, *given: ua.Variant) -> ua.StatusCode:
-            return await self.subscription_service.refresh(*(it.Value for it in given))
+            return await self.subscription_service.refresh(*(value.Value for value in given))
 
         for method in (
             ua.ObjectIds.ConditionType_ConditionRefresh,

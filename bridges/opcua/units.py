@@ -12,7 +12,7 @@ CODES: Final = {
     "deg": ("DD", "°", "degree [unit of angle]"),
     "degree": ("DD", "°", "degree [unit of angle]"),
 }
-"""By the gateway's names: the common code, the sign, and the name."""
+"""Units by the gateway's names: the common code of UN/ECE, the sign, and the name."""
 
 
 def engineering_unit(unit: str) -> ua.EUInformation:

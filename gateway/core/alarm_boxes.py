@@ -19,14 +19,14 @@ def boxed(alarms: Sequence[Alarm], line_of: Callable[[str], str | None]) -> list
 
     `line_of` gives the id of the line of a subject such as /bodies/line1.3F; None where it has none.
     """
-    lines = {it.id: line_of(it.subject) for it in alarms}
-    oldest_first = sorted(alarms, key=lambda it: it.id)
+    lines = {alarm.id: line_of(alarm.subject) for alarm in alarms}
+    oldest_first = sorted(alarms, key=lambda alarm: alarm.id)
     heads: dict[str, str] = {}
     for alarm in oldest_first:
-        head = next((it for it in oldest_first if _tells(it, alarm, lines)), None)
+        head = next((other for other in oldest_first if _tells(other, alarm, lines)), None)
         if head is not None:
             heads[alarm.id] = head.id
-    return [it.model_copy(update={"part_of": _root(it.id, heads)}) for it in alarms]
+    return [alarm.model_copy(update={"part_of": _root(alarm.id, heads)}) for alarm in alarms]
 
 
 def _root(alarm_id: str, heads: dict[str, str]) -> str | None:

@@ -79,7 +79,9 @@ class AlarmWords(NamedTuple):
 def words_of(key: str) -> AlarmWords:
     """Find the words of an alarm: `[alarms.KEY]` of each language, and `[alarms.KEY.over]`."""
     told = [texts.entry(language, f"alarms.{key}") for language in texts.LANGUAGES]
-    en, ja = (AlarmText.model_validate({it: table[it] for it in AlarmText.model_fields}) for table in told)
+    en, ja = (
+        AlarmText.model_validate({field: table[field] for field in AlarmText.model_fields}) for table in told
+    )
     over = [AlarmText.model_validate(table["over"]) for table in told if "over" in table]
     return AlarmWords(en, ja, PastWords(en=over[0], ja=over[1]) if over else None)
 
@@ -269,7 +271,7 @@ class Alarms:
     def note(self, event: Event) -> None:
         """Raise what an event means; what it puts an end to is over before."""
         subject = "/".join(event.subject.split("/")[:3])  # of a unit's robot
-        for alarm in [it for it in self._standing.values() if it.subject == subject]:
+        for alarm in [alarm for alarm in self._standing.values() if alarm.subject == subject]:
             self._note_end(alarm)
         if self.closed or event.type not in self._by_event:
             return
@@ -338,11 +340,11 @@ class Alarms:
     def standing(self) -> list[Alarm]:
         """Alarms that are not reset, newest first."""
         self.note_ends()
-        return sorted(self._standing.values(), key=lambda it: it.id, reverse=True)
+        return sorted(self._standing.values(), key=lambda alarm: alarm.id, reverse=True)
 
     def history(self) -> list[Alarm]:
         """Alarms that were reset, newest first."""
-        return sorted(self._over.values(), key=lambda it: it.id, reverse=True)
+        return sorted(self._over.values(), key=lambda alarm: alarm.id, reverse=True)
 
     def get(self, alarm_id: str) -> Alarm:
         """Find an alarm.
@@ -371,7 +373,7 @@ class Alarms:
             raise AlarmLasts.worded("alarm.again", [ALARMS], cause=alarm.cause, subject=alarm.subject)
         if alarm.ended_at is None:
             happened, remedy = (
-                Text(getattr(alarm.en, it), getattr(alarm.ja, it)) for it in ("happened", "remedy")
+                Text(getattr(alarm.en, field), getattr(alarm.ja, field)) for field in ("happened", "remedy")
             )
             raise AlarmLasts.worded("alarm.lasts", alarm.next, happened=happened, remedy=remedy)
         if alarm.reset_at is None:
@@ -459,7 +461,7 @@ def _ended_by(cause: str) -> Text:
         kind, _, code = word.partition("error_")
         key = "ends.error" if code and not kind else f"ends.{word}"
         said.append(texts.text(key, code=code) if texts.has(key) else Text(word, word))
-    return Text(" + ".join(it.en for it in said), "、".join(it.ja for it in said))
+    return Text(" + ".join(sentence.en for sentence in said), "、".join(sentence.ja for sentence in said))
 
 
 def _facts_of_move(record: Facts) -> Facts:

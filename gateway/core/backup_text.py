@@ -82,7 +82,7 @@ def parts_of(text: str, kind: str) -> list[BackupPart]:
     if not parts and not faults:
         faults.append(Misplaced(1, 1, f"There is no heading [{kind} ...]."))
     empty = [part for part in parts if not part.sections]
-    faults += [Misplaced(it.line, 1, f"[{kind} {it.name}] has no sections.") for it in empty]
+    faults += [Misplaced(part.line, 1, f"[{kind} {part.name}] has no sections.") for part in empty]
     refuse(sorted(faults))
     return parts
 

@@ -57,7 +57,7 @@ class Backups(Readings[Backup]):
         self.require_none(target)
         now = datetime.now(UTC)
         addresses = [source.address for source in sources]
-        baud = next((it.baud for it in sources), None)
+        baud = next((source.baud for source in sources), None)
         record = Backup(id=new_id(now), target=target, controllers=addresses, baud=baud, started_at=now)
         return self.follow(record, partial(_read, record, preamble, sources))
 

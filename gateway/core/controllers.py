@@ -74,14 +74,14 @@ class Controllers(Family, Generic[C]):
 
     def on_line(self, line: Any) -> C:
         """The one on a line."""
-        [found] = (it for it in self.every() if it.line is line)
+        [found] = (controller for controller in self.every() if controller.line is line)
         return found
 
     async def remove(self, line: Any) -> None:
         """Close a line, and forget what is on it."""
-        for it in [it for it in self.every() if it.line is line]:
-            await it.close()
-            del self._all[it.id]
+        for controller in [controller for controller in self.every() if controller.line is line]:
+            await controller.close()
+            del self._all[controller.id]
 
     def addresses(self) -> Iterator[str]:
         """Their ids."""
@@ -90,7 +90,7 @@ class Controllers(Family, Generic[C]):
     def seen(self) -> Iterator[Seen]:
         """Tell of all, as the `of` of `now` does."""
         told: Any = self.now
-        return (Seen(it.line.id, it.id, told.of(it)) for it in self.every())
+        return (Seen(controller.line.id, controller.id, told.of(controller)) for controller in self.every())
 
     def move_logs(self) -> Iterator[MoveLog[Any]]:
         """Logs of the moves of all controllers."""
@@ -101,7 +101,9 @@ class Controllers(Family, Generic[C]):
     ) -> None:
         """Take over the moves of those that are still configured."""
         there = set(self.addresses())
-        own = [self.move_records[0].model_validate(it) for it in records if it["body_id"] in there]
+        own = [
+            self.move_records[0].model_validate(record) for record in records if record["body_id"] in there
+        ]
         self.moves.log.remember(own)
         for move in own:
             if not move.status.final:
@@ -121,25 +123,31 @@ class Controllers(Family, Generic[C]):
         self, *, everything: bool, within: Sequence[Part] | None = None
     ) -> list["asyncio.Task[Any]"]:
         """Stop what jogs, or everything that moves."""
-        meant = [it for it in self.every() if is_within(it.line.id, it.id, within)]
+        meant = [
+            controller for controller in self.every() if is_within(controller.line.id, controller.id, within)
+        ]
         insist(_END, *(partial(each.jogs.end_all, JogNews.CLOSING) for each in meant))
         moving = [each for each in meant if everything and all(do_each(_END, partial(_moves, each)))]
         return do_each(_END, *(partial(each.stops.stop, "decelerate") for each in moving)).or_raise()
 
     async def at_rest(self) -> None:
         """Wait for stops, and for refusals of moves."""
-        for it in self.every():
-            await it.jogs.settled()
-            await it.stops.confirmed()
+        for controller in self.every():
+            await controller.jogs.settled()
+            await controller.stops.confirmed()
         await self.moves.begun()
 
     def left_moving(self) -> Iterator[MayMove]:
         """Name those that may move on."""
-        for it in self.every():
-            moves = it.moves_under_way
-            why = why_it_moves(stopped=it.stops.is_unconfirmed, moving=it.moving, under_way=bool(moves))
+        for controller in self.every():
+            moves = controller.moves_under_way
+            why = why_it_moves(
+                stopped=controller.stops.is_unconfirmed, moving=controller.moving, under_way=bool(moves)
+            )
             if why is not None:
-                yield MayMove(self.kind, f"/{self.collections[0]}/{it.id}", why, next(iter(moves), None))
+                yield MayMove(
+                    self.kind, f"/{self.collections[0]}/{controller.id}", why, next(iter(moves), None)
+                )
 
     async def let_go(self) -> None:
         """Give the waiters for moves what is known now."""
@@ -147,9 +155,9 @@ class Controllers(Family, Generic[C]):
 
     async def close(self) -> None:
         """End all work and close the lines."""
-        closing = (it.close for it in self.every())
+        closing = (controller.close for controller in self.every())
         await do_in_turn(f"the end of all {self.collections[0]}", *closing, self.moves.close)
 
 
-def _moves(it: Controller) -> bool:
-    return bool(it.moving)
+def _moves(controller: Controller) -> bool:
+    return bool(controller.moving)

@@ -24,7 +24,7 @@ class Copies(Generic[X, F]):
         names = self._said.get(speaker) or self._said.setdefault(speaker, {})
         others = names.get(name) or names.setdefault(name, {})
         if len(others) >= self._remembered:
-            for key in [key for key, it in others.items() if it.until <= now]:
+            for key in [key for key, reply in others.items() if reply.until <= now]:
                 del others[key]
         others[said.exchange.frame, said.kind] = said
 
@@ -39,12 +39,12 @@ class Copies(Generic[X, F]):
             replies = said.get(name, {})
             if len(replies) > self._remembered:
                 return True
-            for it in replies.values():
-                if it.until > now and exchange.mistakes(it):
+            for reply in replies.values():
+                if reply.until > now and exchange.mistakes(reply):
                     return True
         return False
 
     def include(self, speaker: int, frame: F) -> bool:
         """Say whether the speaker has sent this frame before."""
         names = self._said.get(speaker, {}).values()
-        return any(it.frame == frame for replies in names for it in replies.values())
+        return any(reply.frame == frame for replies in names for reply in replies.values())

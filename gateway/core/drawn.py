@@ -30,8 +30,8 @@ def states(head: Sequence[str], news: Iterable[Enum], table: Mapping[Any, Mappin
 def table_of(news: Iterable[Enum], table: Mapping[Any, Mapping[Any, Any]]) -> list[str]:
     """The lines of a table of states; a transition that changes nothing is a dash."""
     rows = [
-        (f"**{_named(it)}**", *(_step(_change(it, steps.get(each))) for each in news))
-        for it, steps in table.items()
+        (f"**{_named(state)}**", *(_step(_change(state, steps.get(each))) for each in news))
+        for state, steps in table.items()
     ]
     return drawn_table(["state", *map(_named, news)], rows)
 

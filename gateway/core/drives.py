@@ -332,7 +332,7 @@ class DriveJogs(Jogs[DriveJog, None]):
     """The jogs of a drive."""
 
     def __init__(self, drive: Drive) -> None:
-        super().__init__(lambda news, it: drive.tell(f"jog.{news}", it.jog))
+        super().__init__(lambda news, session: drive.tell(f"jog.{news}", session.jog))
         self._drive = drive
 
     async def start(self, command: Any) -> DriveJog:
@@ -544,13 +544,13 @@ def jog_rows(path: str, drive: type[Drive]) -> Rows:
     """The operations that keep a jog of drives of a kind, and end it."""
     rows, jogs = Rows("jogs"), f"{path}/jogs/{{jog_id}}"
 
-    async def keep(it: Drive, jog_id: str) -> DriveJog:
-        return it.jogs.heartbeat(jog_id)
+    async def keep(target: Drive, jog_id: str) -> DriveJog:
+        return target.jogs.heartbeat(jog_id)
 
-    async def end(it: Drive, jog_id: str) -> DriveJog:
-        return await it.jogs.end(jog_id)
+    async def end(target: Drive, jog_id: str) -> DriveJog:
+        return await target.jogs.end(jog_id)
 
-    kind, told = path.split("/")[1], {"it": drive, "jog_id": str}
+    kind, told = path.split("/")[1], {"target": drive, "jog_id": str}
     over, stopping = "The motor was seen to stand still.", "It may still move: the stop is repeated."
     rows.add(
         "POST",

@@ -74,7 +74,7 @@ class Echo(Generic[X]):
     def heard(self, line: bytes) -> bool:
         """Compare a line that came, without its end: True where it is the echo of a frame written lately."""
         order = self.written if self.in_a_row else reversed(self.written)
-        echoed = next((it for it in order if it.frame.strip() == line and self._shows_echo(it)), None)
+        echoed = next((sent for sent in order if sent.frame.strip() == line and self._shows_echo(sent)), None)
         if echoed is None:
             return False
         missed = False

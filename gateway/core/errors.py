@@ -371,6 +371,6 @@ def calls_for(
     if error.next:
         return error.next
     code = error.error_code if isinstance(error, ControllerError) else None
-    kinds = [it.kind for it in type(error).__mro__ if issubclass(it, GatewayError)]
+    kinds = [kind.kind for kind in type(error).__mro__ if issubclass(kind, GatewayError)]
     found = next((table[key] for key in (code or "", *kinds) if key in table), ())
     return filled_in(found, names)

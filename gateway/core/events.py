@@ -269,7 +269,7 @@ class Subscription(AsyncIterator[Event]):
             raise StopAsyncIteration
         event, *rest = batch.events
         self._position = event.number
-        self._snapshot = next((it for it in rest if it.type == SNAPSHOT), None)
+        self._snapshot = next((event for event in rest if event.type == SNAPSHOT), None)
         return event
 
     def watching(self) -> AbstractContextManager[object]:
@@ -571,8 +571,8 @@ class EventHub:
         cursor = _cursor(self.epoch, position)
         return Batch(
             [
-                Event(self.epoch, position, it.type, it.subject, f'{it.json},"cursor":"{cursor}"}}')
-                for it in self.live.newer(has, wanted)
+                Event(self.epoch, position, event.type, event.subject, f'{event.json},"cursor":"{cursor}"}}')
+                for event in self.live.newer(has, wanted)
             ]
         )
 

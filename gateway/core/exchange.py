@@ -157,7 +157,11 @@ class Exchange(ABC, Generic[C, F, O]):
 
     def expire(self, now: float) -> bool:
         """Settle the waiters for which it is too late; whether it is for all of them."""
-        late = [it for it, expires_at in self.waiters.items() if expires_at is not None and expires_at <= now]
+        late = [
+            waiter
+            for waiter, expires_at in self.waiters.items()
+            if expires_at is not None and expires_at <= now
+        ]
         for waiter in late:
             del self.waiters[waiter]
             _give(waiter, self.doubt or Expired())

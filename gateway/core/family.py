@@ -306,7 +306,7 @@ class Family(Registered):
     def parts(self, address: str) -> Sequence[Part]:
         """Parts `seen` at an address."""
         own = address.partition("/")[0]
-        return [Part(it.line_id, it.address) for it in self.seen() if it.address == own]
+        return [Part(part.line_id, part.address) for part in self.seen() if part.address == own]
 
     @abstractmethod
     def info(self, line: Any) -> PortInfo:

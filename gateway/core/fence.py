@@ -84,7 +84,7 @@ def _row(**steps: Cell) -> dict[FenceEvent, Cell]:
     cells = {
         **_RULED_OUT,
         FenceEvent.PORT_LOST: Step(State.IN_STEP),
-        **{FenceEvent[it]: steps[it] for it in steps},
+        **{FenceEvent[event]: steps[event] for event in steps},
     }
     return {event: cells[event] for event in FenceEvent}
 

@@ -229,7 +229,7 @@ class Jogs(ABC, Generic[J, T]):
             session.rest = supervise(
                 what, partial(self._rests, session), partial(self._came_to_rest, session)
             )
-        over = [key for key, it in self._sessions.items() if it.jog.state == it.jog.ends_as]
+        over = [key for key, session in self._sessions.items() if session.jog.state == session.jog.ends_as]
         for key in over[: max(0, len(over) - KEPT)]:
             del self._sessions[key]
         self._tell_of("started", session)
@@ -342,11 +342,11 @@ class Jogs(ABC, Generic[J, T]):
     @property
     def is_under_way(self) -> bool:
         """Say whether a jog is not over."""
-        return any(it.jog.state in ("jogging", "stopping") for it in self._sessions.values())
+        return any(session.jog.state in ("jogging", "stopping") for session in self._sessions.values())
 
     async def settled(self) -> None:
         """Wait until every motor whose jog has ended stands still, or another stop sees to it."""
-        ends = [it.end for it in self._sessions.values() if it.end is not None]
+        ends = [session.end for session in self._sessions.values() if session.end is not None]
         if ends:
             await asyncio.wait(ends)
 

@@ -252,7 +252,7 @@ class Leases:
     def expire(self) -> None:
         """End what is over."""
         now = self.clock()
-        for held in [it for it in self._held.values() if now >= it.until]:
+        for held in [lease for lease in self._held.values() if now >= lease.until]:
             self._end(held, "expired")
 
     def close(self) -> None:

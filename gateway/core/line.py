@@ -535,7 +535,7 @@ class LineDriver(PortLoop, Generic[X, W, F]):
 
         :raises QueueFull, Expired: one of them was not free in time.
         """
-        numbers = sorted({it for target in targets for it in self._session.scheduler.reached(target)})
+        numbers = sorted({number for target in targets for number in self._session.scheduler.reached(target)})
         async with all_held(map(self.lock_of, numbers), expires_at) as series:
             series.epochs = {number: self.gate.epoch(number) for number in numbers}
             yield series
@@ -670,7 +670,9 @@ class LineDriver(PortLoop, Generic[X, W, F]):
         """A stop of these targets begins: no command admitted before can be written any more."""
         for target in targets:
             self.gate.stop(target)
-        self.cancel(lambda it: it.target in targets and it.lane is Lane.COMMAND, StoppedFirst())
+        self.cancel(
+            lambda exchange: exchange.target in targets and exchange.lane is Lane.COMMAND, StoppedFirst()
+        )
 
     def cancel(self, unwanted: Callable[[X], bool], reason: GatewayError) -> None:
         """Take out of the queue what is not wanted any more."""

@@ -84,7 +84,10 @@ class Live:
     def rate(self, type_: str, subject: str) -> float:
         """Highest rate in Hz at which a watcher wants a value; 0 without a watcher."""
         if (rate := self._rates.get((type_, subject))) is None:
-            rate = max((it.hz for it in self._audiences.values() if it.wants(type_, subject)), default=0.0)
+            rate = max(
+                (audience.hz for audience in self._audiences.values() if audience.wants(type_, subject)),
+                default=0.0,
+            )
             self._rates[type_, subject] = rate
         return rate
 
@@ -148,7 +151,7 @@ class _Audience:
 
     def wants(self, type_: str, subject: str) -> bool:
         """Say whether a member wants the value."""
-        return any(wanted.passes(type_, subject) for wanted in {it.wanted for it in self.members})
+        return any(wanted.passes(type_, subject) for wanted in {member.wanted for member in self.members})
 
     def news(self) -> None:
         """Note that there is a new reading."""

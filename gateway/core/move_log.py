@@ -49,7 +49,9 @@ class MoveLog(Generic[M]):
         self._moves[move.id], self._kind = move, type(move)
         self._over[move.id] = asyncio.Event()
         # Only what still runs stands before the oldest that is over.
-        over = (move_id for move_id, it in self._moves.items() if isinstance(it, tuple) or it.status.final)
+        over = (
+            move_id for move_id, move in self._moves.items() if isinstance(move, tuple) or move.status.final
+        )
         for move_id in list(islice(over, max(0, len(self._moves) - HISTORY))):
             del self._moves[move_id]
             self._over.pop(move_id, None)
@@ -85,12 +87,14 @@ class MoveLog(Generic[M]):
 
     def under_way(self) -> list[M]:
         """The moves that are not over."""
-        return [it for it in self._moves.values() if not isinstance(it, tuple) and not it.status.final]
+        return [
+            move for move in self._moves.values() if not isinstance(move, tuple) and not move.status.final
+        ]
 
     def of(self, address: str, limit: int | None = None) -> list[M]:
         """The moves of a body or a unit, newest first; no more than a limit."""
-        own = (it for it in reversed(self._moves.values()) if _body_of(it) == address)
-        return [self._record(it) for it in islice(own, limit)]
+        own = (move for move in reversed(self._moves.values()) if _body_of(move) == address)
+        return [self._record(move) for move in islice(own, limit)]
 
     def _record(self, kept: M | tuple[str, bytes]) -> M:
         if isinstance(kept, tuple):

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Final
 
 _TABLES: Final = [
-    tomllib.loads(it.read_text("utf-8")) for it in Path(__file__).parents[1].glob("*/numbers.toml")
+    tomllib.loads(file.read_text("utf-8")) for file in Path(__file__).parents[1].glob("*/numbers.toml")
 ]
 """Tables of numbers: of the gateway with its families, and of the packages of extensions."""
 

@@ -173,8 +173,8 @@ class Operation:
 
     def may_leave_out(self, name: str) -> bool:
         """Say whether a parameter has a default."""
-        it = self.parameters.get(name)
-        return it is not None and it.default is not Parameter.empty
+        parameter = self.parameters.get(name)
+        return parameter is not None and parameter.default is not Parameter.empty
 
     @property
     def ended(self) -> Any:
@@ -186,10 +186,10 @@ def taking(run: Run, **annotations: Any) -> Run:
     """Say which parameters a function takes that is made, not written; `wait` may be left out."""
     run.__signature__ = Signature(  # type: ignore[attr-defined]  # it is looked for there
         [
-            Parameter(name, Parameter.POSITIONAL_OR_KEYWORD, annotation=it)
+            Parameter(name, Parameter.POSITIONAL_OR_KEYWORD, annotation=annotation)
             if name != "wait"
-            else Parameter(name, Parameter.KEYWORD_ONLY, annotation=it, default=None)
-            for name, it in annotations.items()
+            else Parameter(name, Parameter.KEYWORD_ONLY, annotation=annotation, default=None)
+            for name, annotation in annotations.items()
         ]
     )
     return run
@@ -266,15 +266,15 @@ def operation(tag: str, verb: Verb, path: str, right: Right, run: Run, **told: A
     parameters: dict[str, Parameter] = {}
     provided: dict[str, type] = {}
     requests: list[Parameter] = []
-    for it in signature(run).parameters.values():
-        if it.name in (EXPECTS, KEYED):
-            provided[it.name] = type(None)
-        elif it.name in of_path or it.kind is Parameter.KEYWORD_ONLY:
-            parameters[it.name] = it
-        elif isinstance(it.annotation, type) and not _is_data(it.annotation):
-            provided[it.name] = it.annotation
+    for parameter in signature(run).parameters.values():
+        if parameter.name in (EXPECTS, KEYED):
+            provided[parameter.name] = type(None)
+        elif parameter.name in of_path or parameter.kind is Parameter.KEYWORD_ONLY:
+            parameters[parameter.name] = parameter
+        elif isinstance(parameter.annotation, type) and not _is_data(parameter.annotation):
+            provided[parameter.name] = parameter.annotation
         else:
-            requests.append(it)
+            requests.append(parameter)
     if len(requests) > 1:
         raise TypeError(f"{name} takes two requests: {requests}")
     request = requests[0] if requests else None

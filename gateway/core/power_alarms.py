@@ -13,7 +13,10 @@ COMPARE: Final = post("{subject}/comparisons", Right.SETUP, "compare-last-night"
 def facts_of_power_loss(loss: Facts) -> Facts:
     """Give the words that follow from its being `certain`."""
     how = "certain" if loss["certain"] else "likely"
-    return {**loss, **{it: text(f"phrases.power-loss.{how}.{it}") for it in ("lost", "had_lost", "so")}}
+    return {
+        **loss,
+        **{phrase: text(f"phrases.power-loss.{how}.{phrase}") for phrase in ("lost", "had_lost", "so")},
+    }
 
 
 def swapped(what: str, manual: str) -> CauseKind[Any]:

@@ -65,7 +65,10 @@ class Readings(DurableJobs[R]):
 
     def __init__(self, publish: Callable[[str, R], None]) -> None:
         super().__init__(
-            HISTORY, self.noun, lambda it: it.target, lambda what, record: publish(what, _told(record))
+            HISTORY,
+            self.noun,
+            lambda record: record.target,
+            lambda what, record: publish(what, _told(record)),
         )
         self._closed = False
 
@@ -132,5 +135,5 @@ class Readings(DurableJobs[R]):
 
 def _told(record: R) -> R:
     """A record without what was read: that is long."""
-    results = {name for name, it in type(record).model_fields.items() if it.default is None}
+    results = {name for name, field in type(record).model_fields.items() if field.default is None}
     return record.model_copy(update=dict.fromkeys(results - Reading.model_fields.keys()))

@@ -79,8 +79,12 @@ class SentBack(RequestModel):
         """Set aside what cannot be set."""
         if not isinstance(given, dict):
             return handler(given)
-        told = {name: it for name, it in given.items() if name in cls.read_only and cls._is_told(name, it)}
-        own = {name: it for name, it in given.items() if name not in told and name not in cls.passing}
+        told = {
+            name: value
+            for name, value in given.items()
+            if name in cls.read_only and cls._is_told(name, value)
+        }
+        own = {name: value for name, value in given.items() if name not in told and name not in cls.passing}
         told |= {name: None for name in cls.null_unset & own.keys() if own[name] is None}
         if cls.wrapped is not None and isinstance(own.get(cls.wrapped), dict):
             own |= own.pop(cls.wrapped)

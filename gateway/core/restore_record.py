@@ -52,10 +52,10 @@ DIFFERING: Final = (
 
 def differing(differences: Iterable[Difference]) -> dict[str, int]:
     """Count differences by their kind; a program that differs in many places is one for each controller."""
-    kinds = [(it.section.split()[-1], it) for it in differences]
+    kinds = [(difference.section.split()[-1], difference) for difference in differences]
     found = Counter(kind for kind, _ in kinds)
     if PROGRAM in found:
-        found[PROGRAM] = len({it.target for kind, it in kinds if kind == PROGRAM})
+        found[PROGRAM] = len({difference.target for kind, difference in kinds if kind == PROGRAM})
     return dict(found)
 
 

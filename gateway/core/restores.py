@@ -179,7 +179,10 @@ class Restores(DurableJobs[Restore], Generic[C]):
 
     def __init__(self, publish: Callable[[str, Restore], None]) -> None:
         super().__init__(
-            HISTORY, "restore", lambda it: it.target, lambda what, record: publish(what, _short(record))
+            HISTORY,
+            "restore",
+            lambda record: record.target,
+            lambda what, record: publish(what, _short(record)),
         )
         self._current: dict[str, tuple[_Work, C]] = {}
         """Work and controller, by the address of each controller."""
@@ -222,7 +225,7 @@ class Restores(DurableJobs[Restore], Generic[C]):
         record = Restore(
             id=new_id(now),
             target=target,
-            controllers=[it.address for it in controllers],
+            controllers=[controller.address for controller in controllers],
             scales=scales_of(controllers),
             flash=flash,
             power_cycle=power_cycle,
@@ -230,7 +233,7 @@ class Restores(DurableJobs[Restore], Generic[C]):
         )
         answers = answers_of(controllers)
         work = _Work(record, self, answers and 2 * answers, baud_of(controllers))
-        self._current |= {it.address: (work, it) for it in controllers}
+        self._current |= {controller.address: (work, controller) for controller in controllers}
         try:
             for controller in controllers:
                 await controller.require_rest()
@@ -274,7 +277,7 @@ class Restores(DurableJobs[Restore], Generic[C]):
 
         :raises NotFound: none is under way.
         """
-        work = next((it for it, _ in self._current.values() if it.record.target == target), None)
+        work = next((work for work, _ in self._current.values() if work.record.target == target), None)
         if work is None or not self.goes_on(work.record):
             raise NotFound(f"No backup is being restored to {target}.")
         record = work.record
@@ -285,7 +288,7 @@ class Restores(DurableJobs[Restore], Generic[C]):
         return record
 
     def _forget(self, work: _Work) -> None:
-        self._current = {address: it for address, it in self._current.items() if it[0] is not work}
+        self._current = {address: entry for address, entry in self._current.items() if entry[0] is not work}
 
     # the work
 
@@ -330,18 +333,18 @@ class Restores(DurableJobs[Restore], Generic[C]):
 
 def answers_of(controllers: Sequence[RestoredController]) -> int | None:
     """Answers that a comparison of all controllers takes at most; None if unknown."""
-    each = [it.answers for it in controllers]
+    each = [controller.answers for controller in controllers]
     return None if None in each else sum(filter(None, each))
 
 
 def baud_of(controllers: Sequence[RestoredController]) -> int | None:
     """The speed of their line; None where its port does not tell."""
-    return next((it.baud for it in controllers), None)
+    return next((controller.baud for controller in controllers), None)
 
 
 def scales_of(controllers: Sequence[RestoredController]) -> list[ScaleDifference]:
     """The controllers whose scale is not that of the backup."""
-    return [it.scale for it in controllers if it.scale is not None]
+    return [controller.scale for controller in controllers if controller.scale is not None]
 
 
 def _short(record: Restore) -> Restore:

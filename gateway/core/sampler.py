@@ -42,7 +42,7 @@ class LiveSource(ABC):
 
     def among(self, due: Sequence["LiveSource"]) -> list[Self]:
         """The due sources of this kind."""
-        return [it for it in due if isinstance(it, type(self))]
+        return [source for source in due if isinstance(source, type(self))]
 
 
 class Sampler:
@@ -62,7 +62,7 @@ class Sampler:
         while True:
             demand = self._live.demand
             now = _now()
-            self._due = {it: self._due.get(it, now) for it in self._sources if self._hz(it)}
+            self._due = {source: self._due.get(source, now) for source in self._sources if self._hz(source)}
             while not demand.is_set():
                 await self._next(demand)
 
@@ -76,12 +76,12 @@ class Sampler:
             await happens(demand, wait_s)
             return
         before_s = self._line.load.busy_s[LIVE.work]
-        told = await self._read(source, [it for it, at in self._due.items() if at <= now + CLOCK_S])
-        for it in told:
-            if hz := self._hz(it):
-                self._due[it] = max(self._due[it] + 1 / hz, now)
+        told = await self._read(source, [source for source, at in self._due.items() if at <= now + CLOCK_S])
+        for answered in told:
+            if hz := self._hz(answered):
+                self._due[answered] = max(self._due[answered] + 1 / hz, now)
             else:  # nobody wants it any more, and nobody has said so
-                self._due.pop(it, None)
+                self._due.pop(answered, None)
         if source not in told:
             self._due[source] = _now() + REST_S
         took_s = self._line.load.busy_s[LIVE.work] - before_s

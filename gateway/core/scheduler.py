@@ -41,7 +41,7 @@ class _Turns(OrderedDict[Hashable, deque[X]], Generic[X]):
     def add(self, exchange: X, name: Hashable) -> None:
         queue = self.setdefault(name, deque())
         if exchange.rank < 0:
-            queue.insert(sum(it.rank <= exchange.rank for it in queue), exchange)
+            queue.insert(sum(queued.rank <= exchange.rank for queued in queue), exchange)
         else:
             queue.append(exchange)
 
@@ -177,7 +177,7 @@ class Scheduler(Generic[X]):
 
     def expire(self, now: float) -> float | None:
         """Settle what is too late, and give the time at which to look again, if any."""
-        self.remove(lambda it: it.expire(now))
+        self.remove(lambda exchange: exchange.expire(now))
         waiting = chain.from_iterable(turns.exchanges() for turns in self.lanes)
         deadlines = chain.from_iterable(exchange.waiters.values() for exchange in waiting)
-        return min((it for it in deadlines if it is not None), default=None)
+        return min((deadline for deadline in deadlines if deadline is not None), default=None)

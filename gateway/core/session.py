@@ -264,7 +264,7 @@ class Session(ABC, Generic[X, F]):
 
     def waiting(self, lane: Lane) -> int:
         """Number of exchanges of a lane that wait to be written."""
-        urgent = sum(it.lane is lane for it in self.scheduler.first) if self.scheduler.first else 0
+        urgent = sum(first.lane is lane for first in self.scheduler.first) if self.scheduler.first else 0
         return urgent + self.scheduler.waiting(lane)
 
     def sequence_lock(self, target: int) -> SequenceLock:
@@ -484,7 +484,7 @@ class Session(ABC, Generic[X, F]):
 
     def deadline(self) -> float | None:
         """When the next reply is overdue."""
-        return min((it.deadline for it in self._sent if it.deadline is not None), default=None)
+        return min((sent.deadline for sent in self._sent if sent.deadline is not None), default=None)
 
     def pass_deadlines(self, now: float, resumes_at: float | None) -> None:
         """Give up waiting for what is overdue; `resumes_at` is set while a reply has begun and may go on."""
@@ -582,7 +582,7 @@ class Session(ABC, Generic[X, F]):
     def revoke(self, why: Overtaking) -> None:
         """Write no command that was admitted before now."""
         self.gate.revoke(why)
-        self.cancel(lambda it: it.lane is Lane.COMMAND, why())
+        self.cancel(lambda exchange: exchange.lane is Lane.COMMAND, why())
 
     def cancel(self, unwanted: Callable[[X], bool], reason: GatewayError) -> None:
         """Take out of the queue what is not wanted any more."""

@@ -278,7 +278,7 @@ class Stopping(ABC):
         except GatewayError as error:
             self.note_not_sent(error)
         else:
-            stop.add_done_callback(lambda it: self._note(it.result()))
+            stop.add_done_callback(lambda future: self._note(future.result()))
 
     async def see_through(self) -> None:
         """Repeat the stop until standstill is proved. To cancel this gives it up."""
@@ -408,8 +408,8 @@ class Stopping(ABC):
         self._explain(reasons)
 
     def _explain(self, reasons: Sequence[Text]) -> None:
-        self._report.detail = " ".join(it.en for it in reasons) or None
-        self._report.note_japanese("".join(it.ja for it in reasons) or None)
+        self._report.detail = " ".join(reason.en for reason in reasons) or None
+        self._report.note_japanese("".join(reason.ja for reason in reasons) or None)
 
 
 K = TypeVar("K")
@@ -475,7 +475,7 @@ class StopsUnderWay(Generic[K, S]):
         self._count(stop)
 
     def _forget(self, stop: S) -> None:
-        for key in [key for key, it in self._running.items() if it is stop]:
+        for key in [key for key, running in self._running.items() if running is stop]:
             del self._running[key]
 
     @property

@@ -98,7 +98,9 @@ def place_in_value(text: str, begin: int, path: KeyPath) -> tuple[int, int]:
 
     :raises LookupError: no table is there.
     """
-    tokens = [it for it in _TOKEN.finditer(text, begin) if not it[0].isspace() and it[0][0] != "#"]
+    tokens = [
+        token for token in _TOKEN.finditer(text, begin) if not token[0].isspace() and token[0][0] != "#"
+    ]
     at = 0
     for depth, part in enumerate(path, 1):
         is_array, opened = isinstance(part, int), tokens[at].end()
@@ -120,7 +122,7 @@ def _elements(tokens: Sequence[re.Match[str]], at: int) -> Iterator[tuple[str, i
     """The elements of an array, or of an inline table with their keys: where the value of each begins."""
     while tokens[at][0] not in "]}":
         end, key = _behind(tokens, at), ""
-        signs = [it[0] for it in tokens[at:end]]
+        signs = [token[0] for token in tokens[at:end]]
         if "=" in signs and tokens[at][0] not in "[{":
             key, at = "".join(signs[: signs.index("=")]).strip("\"'"), at + signs.index("=") + 1
         yield key, at

@@ -28,7 +28,7 @@ def untried(line: LineTable) -> Untried | None:
         )
     try:
         results = json.loads(line.commissioned.read_text("utf-8"))["results"]
-        found = {it["assumption"]: it["result"] for it in results}
+        found = {result["assumption"]: result["result"] for result in results}
     except (OSError, ValueError, KeyError, TypeError):
         return Untried(line.id, (), f"{line.commissioned} is no report that can be read: nothing is known.")
     for result, meaning in (
@@ -36,7 +36,7 @@ def untried(line: LineTable) -> Untried | None:
         (DIFFERS, "Some assumptions do not hold: see the report for the settings that make up for it."),
         (UNKNOWN, "Some assumptions about real hardware were not tried."),
     ):
-        slugs = [slug for slug, it in found.items() if it == result]
+        slugs = [slug for slug, outcome in found.items() if outcome == result]
         if slugs:
             return Untried(line.id, slugs, meaning)
     return None

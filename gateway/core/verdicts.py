@@ -463,7 +463,7 @@ TABLES: Final[Mapping[str, Sequence[Row]]] = {
 
 def worst_of(statuses: Iterable[MoveStatus]) -> Worst:
     """The worst of final statuses."""
-    return max((Worst[it.name] for it in statuses), key=lambda it: it.value)
+    return max((Worst[status.name] for status in statuses), key=lambda worst: worst.value)
 
 
 def judge(finding: Finding, words: VerdictWords = MOTOR, given: GatewayError | None = None) -> Verdict:
@@ -529,13 +529,13 @@ def _drawn(row: Row) -> Sequence[str]:
 
 
 def _named(finding: Finding) -> str:
-    facts = [it for it in _facts(finding) if it != ~type(it)(0)]
-    return "; ".join(f"{_words(type(it).__name__)}: {_members(it)}" for it in facts) or "any"
+    facts = [fact for fact in _facts(finding) if fact != ~type(fact)(0)]
+    return "; ".join(f"{_words(type(fact).__name__)}: {_members(fact)}" for fact in facts) or "any"
 
 
 def _members(fact: Flag) -> str:
-    names = [_words(it.name or "") for it in type(fact) if it in fact]
-    others = [_words(it.name or "") for it in type(fact) if it not in fact]
+    names = [_words(flag.name or "") for flag in type(fact) if flag in fact]
+    others = [_words(flag.name or "") for flag in type(fact) if flag not in fact]
     return " or ".join(names) if len(names) <= len(others) or len(others) > 1 else f"not {others[0]}"
 
 

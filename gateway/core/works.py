@@ -72,7 +72,7 @@ class Jobs(Generic[W]):
     def _keep(self, record: W) -> None:
         """Keep a record, and let go the oldest of those that are over and too many."""
         self._records[record.id] = record
-        over = [it for it in self._records if it not in self._tasks]
+        over = [record_id for record_id in self._records if record_id not in self._tasks]
         for record_id in over[: max(len(self._records) - self._history, 0)]:
             del self._records[record_id]
 
@@ -82,7 +82,7 @@ class Jobs(Generic[W]):
 
     def current(self, subject: str) -> W | None:
         """The record of what is done to something now."""
-        return next((it for it in self.under_way() if self._subject_of(it) == subject), None)
+        return next((record for record in self.under_way() if self._subject_of(record) == subject), None)
 
     def goes_on(self, record: W) -> bool:
         """Say whether the work of a record is not over."""
@@ -90,8 +90,10 @@ class Jobs(Generic[W]):
 
     def find(self, subject: str, record_id: str = "current") -> W | None:
         """Find a record of what is done to something, if it is kept; `current` is the newest."""
-        newest = (it for it in reversed(self._records.values()) if self._subject_of(it) == subject)
-        return next((it for it in newest if record_id in ("current", it.id)), None)
+        newest = (
+            record for record in reversed(self._records.values()) if self._subject_of(record) == subject
+        )
+        return next((record for record in newest if record_id in ("current", record.id)), None)
 
     async def get(self, subject: str, record_id: str, timeout_s: float = 0.0) -> W:
         """Give a record, as `find` does, when its work is over, or as it is when the time is up.

@@ -55,7 +55,7 @@ AxisSpeeds = ByAxis[AxisSpeed]
 
 
 class AxisValue(BaseModel):
-    """What an axis has: a coordinate or a speed."""
+    """A coordinate or a speed of an axis, with its unit."""
 
     value: float
     unit: str = Field(description="mm, pulse or degree; mm/s, kpps or rpm.")

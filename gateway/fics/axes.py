@@ -40,7 +40,7 @@ class UnitAxes:
         self.robot_id = robot_id
         self.number = number
         self.address = f"{robot_id}/units/{number}"
-        """Its address that is always unique, such as `ROBOT/units/1`."""
+        """Address that is always unique, such as `ROBOT/units/1`."""
         self.axes = axes
         """Names of the user axes, in the order of coordinates."""
         self.motor_axes = motor_axes
@@ -61,10 +61,10 @@ class UnitAxes:
 
     def motors_behind(self, axis: str) -> list[str]:
         """The motors that move an axis: all that are no user axes, where it is converted."""
-        return [it for it in self.motor_axes if it not in self.axes] if self.converted(axis) else [axis]
+        return [axis for axis in self.motor_axes if axis not in self.axes] if self.converted(axis) else [axis]
 
     def coordinates_of(self, command: FicsCommand[Any]) -> Coordinates:
-        """Which coordinates a motion command speaks in; a step in those its axis belongs to."""
+        """The coordinates of a motion command; a step has those of its axis."""
         if isinstance(command, StepAxis):
             return "user" if command.axis in self.axes else "motor"
         return "motor" if isinstance(command, MoveMotorsAbsolute | MoveMotorsRelative) else "user"
@@ -124,7 +124,7 @@ class UnitAxes:
 
 
 class AxisDuration(NamedTuple):
-    """How long an axis takes."""
+    """The time that an axis takes for a distance."""
 
     speed: float
     """Units of position a second."""
@@ -132,7 +132,7 @@ class AxisDuration(NamedTuple):
     """Both ramps at their longest."""
 
     def seconds(self, distance: float) -> float:
-        """How long a distance takes at most."""
+        """The longest time in seconds for a distance."""
         return distance / self.speed + self.ramps_s if distance else 0.0
 
 

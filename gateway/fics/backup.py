@@ -61,7 +61,7 @@ class RobotContents:
     def without(self, kinds: Collection[str]) -> "RobotContents":
         """Leave out kinds of sections, which a restore leaves as they are."""
         emptied = dict.fromkeys({"settings", "positions"} & {*kinds})
-        units = {number: replace(it, **emptied) for number, it in self.units.items()}
+        units = {number: replace(unit, **emptied) for number, unit in self.units.items()}
         return RobotContents(None if VARIABLES in kinds else self.variables, units)
 
 
@@ -100,7 +100,9 @@ async def _settings(unit: RobotUnit, on_read: OnRead) -> dict[str, Values | bool
     for name in (SMOOTH, *SETTINGS):
         value = getattr(await settings.read(unit, [name]), name)
         on_read()
-        found[name] = value if isinstance(value, bool) else {axis: _bare(it) for axis, it in value.items()}
+        found[name] = (
+            value if isinstance(value, bool) else {axis: _bare(amount) for axis, amount in value.items()}
+        )
     return found
 
 
@@ -176,7 +178,7 @@ async def text_of(robot: AskedRobot, on_read: OnRead = lambda: None) -> str:
     named = f" ({robot.name})" if robot.name else ""
     parts = [f"\n; /robots/{robot.id}{named}\n[{KIND} {robot.id}]\n"]
     parts.append(
-        section(VARIABLES, (f"V{it:02d} {_number(value)}\n" for it, value in _of(contents.variables)))
+        section(VARIABLES, (f"V{number:02d} {_number(value)}\n" for number, value in _of(contents.variables)))
     )
     for number, held in contents.units.items():
         unit = robot.unit(number)
@@ -216,7 +218,7 @@ def _position_lines(unit: RobotUnit, held: Mapping[int, Values]) -> Iterator[str
 def _written(value: Values | bool) -> str:
     if isinstance(value, bool):
         return "on" if value else "off"
-    return " ".join(f"{axis}={_number(it)}" for axis, it in value.items())
+    return " ".join(f"{axis}={_number(amount)}" for axis, amount in value.items())
 
 
 def _number(value: float) -> str:
@@ -232,9 +234,9 @@ def parse(robot: AskedRobot, text: str) -> RobotContents:
     :raises InvalidText: it has faults, each with its line and column.
     """
     parts = parts_of(text, KIND)
-    part = next((it for it in parts if it.name == robot.id), None)
+    part = next((part for part in parts if part.name == robot.id), None)
     if part is None:
-        names = ", ".join(it.name for it in parts)
+        names = ", ".join(part.name for part in parts)
         refuse([Misplaced(parts[0].line, 1, f"The backup has nothing of robot {robot.id}, but of {names}.")])
     return _Parsing(robot).contents(part or parts[0])
 
@@ -264,7 +266,9 @@ class _Parsing:
 
     def _unit(self, name: str) -> RobotUnit | None:
         names = {
-            f"unit {unit.number} {it}": unit for unit in self.robot.units for it in ("settings", "positions")
+            f"unit {unit.number} {section}": unit
+            for unit in self.robot.units
+            for section in ("settings", "positions")
         }
         return names.get(name)
 
@@ -360,7 +364,9 @@ def change_of(unit: RobotUnit, wanted: Mapping[str, Values | bool]) -> SettingsC
 
     :raises ValidationError: a value is not possible.
     """
-    return SettingsChange.model_validate({name: _request(unit, name, it) for name, it in wanted.items()})
+    return SettingsChange.model_validate(
+        {name: _request(unit, name, value) for name, value in wanted.items()}
+    )
 
 
 def _request(unit: RobotUnit, name: str, value: Values | bool) -> object:
@@ -368,8 +374,11 @@ def _request(unit: RobotUnit, name: str, value: Values | bool) -> object:
         return value
     quantity = SETTINGS[name].quantity
     if quantity is not None:
-        return {axis: {"value": it, "unit": unit.systems[axis].unit(quantity)} for axis, it in value.items()}
-    return {axis: int(it) if it.is_integer() else it for axis, it in value.items()}
+        return {
+            axis: {"value": amount, "unit": unit.systems[axis].unit(quantity)}
+            for axis, amount in value.items()
+        }
+    return {axis: int(amount) if amount.is_integer() else amount for axis, amount in value.items()}
 
 
 # compared
@@ -382,21 +391,21 @@ def differences(robot: AskedRobot, wanted: RobotContents, held: RobotContents) -
 
 def _differences(robot: AskedRobot, wanted: RobotContents, held: RobotContents) -> Iterator[Difference]:
     for number in differing_variables(wanted, held):
-        told = [_number(_of_variable(it, number)) for it in (wanted, held)]
+        told = [_number(_of_variable(contents, number)) for contents in (wanted, held)]
         yield _difference(robot, VARIABLES, f"V{number:02d}", *told)
     for number, sections in wanted.units.items():
         both = sections, held.units[number]
         for name in differing_settings(*both):
             yield _difference(robot, f"unit {number} settings", name, *_told(both, "settings", name))
-        for it in differing_positions(*both):
+        for position in differing_positions(*both):
             yield _difference(
-                robot, f"unit {number} positions", f"position {it}", *_told(both, "positions", it)
+                robot, f"unit {number} positions", f"position {position}", *_told(both, "positions", position)
             )
 
 
 def _told(both: Iterable[UnitContents], section: str, key: object) -> list[str | None]:
     """The values of a section in a backup and in the robot."""
-    found = [(getattr(it, section) or {}).get(key) for it in both]
+    found = [(getattr(unit, section) or {}).get(key) for unit in both]
     return [None if value is None else _written(value) for value in found]
 
 
@@ -413,7 +422,11 @@ def differing_variables(wanted: RobotContents, held: RobotContents) -> list[int]
     if wanted.variables is None:
         return []
     numbers = sorted({*wanted.variables, *(held.variables or {})})
-    return [it for it in numbers if not same_number(_of_variable(wanted, it), _of_variable(held, it))]
+    return [
+        number
+        for number in numbers
+        if not same_number(_of_variable(wanted, number), _of_variable(held, number))
+    ]
 
 
 def differing_settings(wanted: UnitContents, held: UnitContents) -> list[str]:
@@ -437,7 +450,7 @@ def differing_positions(wanted: UnitContents, held: UnitContents) -> list[int]:
         return []
     found = held.positions or {}
     numbers = sorted({*wanted.positions, *found})
-    return [it for it in numbers if not _same_place(wanted.positions.get(it), found.get(it))]
+    return [number for number in numbers if not _same_place(wanted.positions.get(number), found.get(number))]
 
 
 def _same_place(wanted: Values | None, held: Values | None) -> bool:

@@ -135,7 +135,7 @@ class RobotRestore:
                 own += [BeginPositionUpload(first=first), *positions, EndPositionUpload()]
             several = len(self.robot.units) > 1
             commands += [SelectUnit(unit=unit.number), *own] if own and several else own
-        return [it.text() for it in commands]
+        return [command.text() for command in commands]
 
     def _units(self) -> list[RobotUnit]:
         return [self.robot.unit(number) for number in self.wanted.units]
@@ -143,25 +143,27 @@ class RobotRestore:
     def _variables(self) -> list[SetVariable]:
         wanted = self.wanted.variables or {}
         numbers = backup.differing_variables(self.wanted, self.held)
-        return [SetVariable(number=it, value=wanted.get(it, 0.0)) for it in numbers]
+        return [SetVariable(number=number, value=wanted.get(number, 0.0)) for number in numbers]
 
     def _settings(self, unit: RobotUnit) -> SettingsChange | None:
         """The settings to be changed; None where all agree."""
         wanted, held = self._sections(unit)
         names = backup.differing_settings(wanted, held)
-        return backup.change_of(unit, {it: (wanted.settings or {})[it] for it in names}) if names else None
+        return (
+            backup.change_of(unit, {name: (wanted.settings or {})[name] for name in names}) if names else None
+        )
 
     def _clears(self, unit: RobotUnit) -> list[ClearPositions]:
         wanted, held = self._sections(unit)
         numbers = backup.differing_positions(wanted, held)
-        gone = [it for it in numbers if it not in (wanted.positions or {})]
+        gone = [number for number in numbers if number not in (wanted.positions or {})]
         return [ClearPositions(first=number, count=1) for number in gone]
 
     def _positions(self, unit: RobotUnit) -> list[tuple[int, list[float | None]]]:
         wanted, held = self._sections(unit)
         table = wanted.positions or {}
         numbers = backup.differing_positions(wanted, held)
-        return [(it, backup.in_a_row(unit, table[it])) for it in numbers if it in table]
+        return [(number, backup.in_a_row(unit, table[number])) for number in numbers if number in table]
 
     def _sections(self, unit: RobotUnit) -> tuple[UnitContents, UnitContents]:
         return self.wanted.units[unit.number], self.held.units[unit.number]

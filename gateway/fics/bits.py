@@ -164,7 +164,7 @@ class AxisEdges:
         before = self._last.get((unit.number, what), now)
         self._last[unit.number, what] = now
         axes = zip(unit.motor_axes, before, now, strict=False)
-        return [(axis, was, it) for axis, was, it in axes if was != it]
+        return [(axis, was, now) for axis, was, now in axes if was != now]
 
 
 def _status(axis: AxisStatus) -> dict[str, Any]:

@@ -1,4 +1,4 @@
-"""What the configuration file may say of a line with a Fics: the robot, its units and their axes."""
+"""The configuration of a line with a Fics: the robot, its units and their axes."""
 
 import re
 from collections.abc import Mapping
@@ -43,11 +43,11 @@ class UnitTable(Table):
     axes: Array[AxisName]
     """Names of the user axes in the order of coordinates: X, Y, Z .. and @ for theta."""
     system: System | None = None
-    """What the user axes are counted in; left out, theta is counted in degrees and all others in mm."""
+    """Units of the user axes; left out, theta is counted in degrees and all others in mm."""
     motor_axes: Array[AxisName] = ()
     """Names of the motor axes, where they are not the user axes."""
     motor_system: System | None = None
-    """What the motor axes are counted in; left out, those that are no user axes are counted in degrees."""
+    """Units of the motor axes; left out, those that are no user axes are counted in degrees."""
 
     @model_validator(mode="after")
     def _name_each_axis_once(self) -> Self:
@@ -75,18 +75,18 @@ class UnitTable(Table):
 
     @property
     def systems(self) -> dict[str, AxisSystem]:
-        """What each axis is counted in, user axes and motor axes alike: one that is both has one system."""
+        """The system of units of each axis, user axes and motor axes alike: one that is both has one."""
         return self._motor_systems() | self._user_systems()
 
     def _user_systems(self) -> dict[str, AxisSystem]:
         if self.system is None:
-            return {it: AxisSystem.DEGREE if it == THETA else AxisSystem.MILLIMETRE for it in self.axes}
+            return {axis: AxisSystem.DEGREE if axis == THETA else AxisSystem.MILLIMETRE for axis in self.axes}
         return _each(self.axes, self.system)
 
     def _motor_systems(self) -> dict[str, AxisSystem]:
         if self.motor_system is None:
             users = self._user_systems()
-            return {it: users.get(it, AxisSystem.DEGREE) for it in self.motor_axes}
+            return {axis: users.get(axis, AxisSystem.DEGREE) for axis in self.motor_axes}
         return _each(self.motor_axes, self.motor_system)
 
 
@@ -108,11 +108,11 @@ class RobotTable(Table):
     name: Name | None = None
     units: Array[UnitTable]
     macros: dict[str, Name] | None = None
-    """What its macros do, by their names."""
+    """Titles of the robot's macros, by their names."""
     status_bits: Array[str] = STATUS_BITS
-    """What bits 0 to 3 of the second digit of ACD mean: an assumption, for the figure is lost (2-10)."""
+    """Meaning of bits 0 to 3 of the second digit of ACD: an assumption, for the figure is lost (2-10)."""
     sensor_bits: Array[str] = SENSOR_BITS
-    """What bits 0 to 2 of ASD mean: an assumption, as well (C-HOST manual 2-11)."""
+    """Meaning of bits 0 to 2 of ASD: an assumption, as well (C-HOST manual 2-11)."""
 
     @model_validator(mode="after")
     def _name_each_bit_once(self) -> Self:
@@ -148,9 +148,9 @@ class FicsLineTable(tables.LineTable):
     mode: Literal[2, 3] = 3
     """The robot's communication mode; in 2 most commands are silent (C-HOST manual 1-1-1)."""
     terminator: Terminator = "cr"
-    """What ends a command to the robot."""
+    """End of a command to the robot."""
     input_edges_per_s: float = Field(0, ge=0, le=10)
-    """How often a second the inputs are asked for, to tell their changes, while nobody watches them."""
+    """Times a second at which inputs are read to tell their changes while no client watches them."""
     move_samples_per_s: float = Field(5, ge=0, le=50)
     """Positions that are read of a unit while it moves, and kept with the move; 0: only those at its ends."""
 

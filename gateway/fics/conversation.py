@@ -63,7 +63,7 @@ class Answers(NamedTuple):
     """The answers of a robot, and the time they came, on the event loop's clock."""
 
     replies: tuple[Any, ...]
-    """None after an action, several after a download."""
+    """Answers as they were read: none after an action, several after a download."""
     at: float
     texts: tuple[str, ...] = ()
     """The text behind the name in each answer, as it came; none where Ver.2 has answered nothing."""
@@ -567,7 +567,7 @@ class Conversation:
     async def as_expected(
         self, read: Callable[[], Awaitable[T]], expects: Callable[[T], None] | None
     ) -> int | None:
-        """How much was said when what can be read was as expected; None where anything will do.
+        """Require a reading to be as expected; gives the count of commands before it, or None.
 
         :raises Outdated: it is otherwise.
         :raises GatewayError: it was not read.

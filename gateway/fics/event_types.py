@@ -36,13 +36,13 @@ class Overdue(EventData):
 
 
 class StopRefusal(RobotStopReport):
-    """How far a stop has come that the robot has refused."""
+    """The state of a stop that the robot has refused."""
 
     error: str = Field(description="The refusal, such as E03.")
 
 
 class ErrorsReset(EventData):
-    """Who has reset the error that stood."""
+    """The end of an error that stood, and who reset it."""
 
     by: str = Field(description="gateway, or elsewhere.")
 
@@ -50,7 +50,7 @@ class ErrorsReset(EventData):
 class SpeedsKnown(EventData):
     """The speeds in percent that are set again, and the axes that are at 100 %: by unit and coordinates."""
 
-    speeds: dict[str, dict[Coordinates, dict[str, float]]] = Field(description="In percent of full speed.")
+    speeds: dict[str, dict[Coordinates, dict[str, float]]] = Field(description="Percentages of full speed.")
     full_speed: dict[str, dict[Coordinates, list[str]]]
 
 
@@ -63,7 +63,7 @@ class RobotPowerLoss(SpeedsKnown):
 class LiveAxis(EventData):
     """Where an axis stands."""
 
-    value: float | None = Field(description="Null while the robot does not know it.")
+    value: float | None = Field(description="Coordinate; null while the robot does not know it.")
     unit: str = Field(description="mm, pulse or degree.")
 
 
@@ -79,7 +79,7 @@ class RobotInputChange(EventData):
     """An input as it is now."""
 
     channel: int
-    number: int = Field(description="From 0, within its channel.")
+    number: int = Field(description="Number of the input within its channel, from 0.")
     on: bool
 
 
@@ -104,7 +104,7 @@ class AxisSensorChange(EventData):
 
 
 class BitMismatch(EventData):
-    """What a unit shows at rest that the configured order of bits does not explain."""
+    """Bits of a unit at rest that the configured order of bits does not explain."""
 
     unit: int
     detail: str

@@ -42,7 +42,7 @@ UNIT: Final = GetUnit()
 STATUS: Final = GetAxisStatus()
 SENSORS: Final = GetAxisSensors()
 PLACES: Final = GetMotorPosition()
-"""Where the motors stand: known only of motors that are homed (C-HOST manual 4-4)."""
+"""Question for the motors' places, which are known only of motors that are homed (C-HOST manual 4-4)."""
 POSITIONS: Final[Mapping[str, FicsCommand[Any]]] = {"user": GetUserPosition(), "motor": PLACES}
 """The positions, by coordinates. Questions that are put again and again are built, and written out, once."""
 

@@ -66,7 +66,7 @@ class RobotLineInfo(PortInfo):
     protocol: Literal["fics"]
     robot_id: str
     mode: Annotated[int, Field(description="The robot's communication mode, 3 or 2 (C-HOST manual 1-1-1).")]
-    online: Annotated[bool, Field(description="Whether the robot can be asked now, as far as is known.")]
+    online: Annotated[bool, Field(description="True if the robot can be asked now, as far as is known.")]
 
 
 class Fics(Robots):
@@ -120,11 +120,11 @@ class Fics(Robots):
 
     def add(self, table: config.FicsLineTable, port: Transport) -> FicsLine:
         """Build a line with its robot and its units."""
-        it = table.robot
+        robot_table = table.robot
         line = FicsLine(
             table.id,
             port,
-            it.id,
+            robot_table.id,
             mode=table.mode,
             terminator=table.terminator,
             reply_timeout_s=table.reply_timeout_s,
@@ -132,24 +132,26 @@ class Fics(Robots):
             rng=self.site.rng,
         )
         units = [
-            UnitAxes(it.id, unit.number, list(unit.axes), list(unit.motor_axes or unit.axes), unit.systems)
-            for unit in it.units
+            UnitAxes(
+                robot_table.id, unit.number, list(unit.axes), list(unit.motor_axes or unit.axes), unit.systems
+            )
+            for unit in robot_table.units
         ]
         line.gate.add(motion_without_proof)
-        line.gate.add(amid_a_restore(partial(self.restores.amid, it.id)))
-        self._tables[it.id] = table
-        self._all[it.id] = robot = Robot(
-            it.id,
-            it.name or "",
+        line.gate.add(amid_a_restore(partial(self.restores.amid, robot_table.id)))
+        self._tables[robot_table.id] = table
+        self._all[robot_table.id] = robot = Robot(
+            robot_table.id,
+            robot_table.name or "",
             line,
             units,
             self.site.events.publish,
             poll_interval_s=table.poll_interval_s,
-            bits=Bits(it.status_bits, it.sensor_bits),
-            macros=Macros(it.macros or {}),
+            bits=Bits(robot_table.status_bits, robot_table.sensor_bits),
+            macros=Macros(robot_table.macros or {}),
         )
         power = robot.known.power
-        power.on_memory = self.site.known.keep(it.id, power)
+        power.on_memory = self.site.known.keep(robot_table.id, power)
         return line
 
     def _publish_restore(self, what: str, restore: Restore) -> None:

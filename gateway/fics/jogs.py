@@ -55,7 +55,7 @@ class RobotJogs(Jogs[JogSession, None]):
         stop_robot: Callable[[], Awaitable[object]],
         poll_interval_s: float,
     ) -> None:
-        super().__init__(lambda news, it: tell(f"robot.jog.{news}", it.jog.model_dump()))
+        super().__init__(lambda news, session: tell(f"robot.jog.{news}", session.jog.model_dump()))
         self._units = units
         self._conversation, self._known = conversation, conversation.known
         self._line, self._robot_id = conversation.line, conversation.robot_id
@@ -64,9 +64,9 @@ class RobotJogs(Jogs[JogSession, None]):
         self._stop_robot = stop_robot
         """Called when an axis does not stop."""
         self._unsettled: list[_Session] = []
-        """From before a start is sent until the axis is seen to stand still, or the robot is stopped."""
+        """Jogs, from before the start is sent until the axis stands still or the robot is stopped."""
         self._places: dict[tuple[int, str], Places] = {}
-        """Where motors stood when it was last looked whether an axis of a unit stands still."""
+        """Places of motors at the last look whether an axis of a unit stands still."""
 
     async def start(self, unit: int, axis: str, direction: Literal["+", "-"]) -> JogSession:
         """Start to jog an axis (C-HOST manual 2-2).
@@ -243,7 +243,7 @@ class RobotJogs(Jogs[JogSession, None]):
         return False
 
     def _patience_s(self, *, tells: bool) -> float:
-        """How long an axis may take to stand still; one that `tells` that it moves may be on its ramp."""
+        """Seconds for an axis to stand still; one that `tells` that it moves may be on its ramp."""
         ramp_s = self._known.motion.ramps.longest_s if tells else None
         return STILL_WITHIN_S if ramp_s is None else max(STILL_WITHIN_S, ramp_s + AFTER_RAMP_S)
 
@@ -268,7 +268,7 @@ class RobotJogs(Jogs[JogSession, None]):
             motors = {motor: axes[motor] for motor in self._motors(unit, axis)}
             if at_rest(motors.values()):
                 return True
-            alone = [it.jog.axis for it in self._unsettled if it.jog.unit == unit] == [axis]
+            alone = [session.jog.axis for session in self._unsettled if session.jog.unit == unit] == [axis]
             return not alone and await self._stays(jogged, axis, motors)
         except GatewayError:
             return None
@@ -288,8 +288,8 @@ class RobotJogs(Jogs[JogSession, None]):
     def _unsettled_with(self, unit: int, axis: str) -> list[_Session]:
         """The sessions that share a motor with an axis."""
         motors = self._motors(unit, axis)
-        sessions = [it for it in self._unsettled if it.jog.unit == unit]
-        return [it for it in sessions if motors & self._motors(unit, it.jog.axis)]
+        sessions = [session for session in self._unsettled if session.jog.unit == unit]
+        return [session for session in sessions if motors & self._motors(unit, session.jog.axis)]
 
     def _motors(self, unit: int, axis: str) -> set[str]:
         """The motors that move an axis; all of them where it is not known which.

@@ -46,7 +46,7 @@ class SelectedUnit:
         self._motion = motion
         self._tell = tell
         self.number: int | None = None
-        """None while it is not certain."""
+        """Number of the selected unit; None while it is not certain."""
         self.missing: set[int] = set()
         """Units that the robot says it does not have."""
         self._before: int | None = None
@@ -54,7 +54,7 @@ class SelectedUnit:
         self._seen: set[int] = set()
         """Units of which it is known whether the robot has them."""
         self.holds_until = 0.0
-        """Until then a question trusts the unit that the robot has told."""
+        """Time until which a question trusts the unit that the robot has told."""
         self.is_alone = self._units == [UNIT_OF_POWER_ON]
         """True if nothing else can be selected."""
 
@@ -74,7 +74,7 @@ class SelectedUnit:
 
     def unseen(self) -> list[int]:
         """The units that the robot was not seen to have: only a selection tells."""
-        return [] if self.is_alone else [it for it in self._units if it not in self._seen]
+        return [] if self.is_alone else [number for number in self._units if number not in self._seen]
 
     def _is_known(self, number: int) -> bool:
         return self.number == number or self.is_alone

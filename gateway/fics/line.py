@@ -114,7 +114,7 @@ class FicsLine(LineDriver[FicsExchange, ReplyFrame, ReplyFrame]):
 
     @property
     def stops(self) -> int:
-        """How many stops there have been."""
+        """The number of stops so far."""
         return self.gate.stops(ROBOT)
 
     @property
@@ -124,11 +124,11 @@ class FicsLine(LineDriver[FicsExchange, ReplyFrame, ReplyFrame]):
 
     @property
     def unheard(self) -> int:
-        """How often something was said that may have been refused without a word."""
+        """The number of commands so far that may have been refused without an answer."""
         return self._session.unheard
 
     def waiting(self) -> dict[str, int]:
-        """How many wait in each lane: for the robot to be free, or for the line."""
+        """Requests that wait in each lane: for the robot to be free, or for the line."""
         return {
             lane.name.lower(): self.sequence_lock.waiting(lane) + self._session.waiting(lane) for lane in Lane
         }
@@ -313,7 +313,7 @@ class FicsLine(LineDriver[FicsExchange, ReplyFrame, ReplyFrame]):
 
     def withdraw(self, exchange: FicsExchange, reason: GatewayError) -> None:
         """Take back an exchange that is not written yet; one that is stays as it is."""
-        self.cancel(lambda it: it is exchange, reason)
+        self.cancel(lambda queued: queued is exchange, reason)
 
     def may_be_silent(self, query: FicsCommand[Any]) -> bool:
         """True if silence may be the refusal of a query."""
@@ -327,7 +327,7 @@ class FicsLine(LineDriver[FicsExchange, ReplyFrame, ReplyFrame]):
 
     def sending(self, commands: Callable[[], Iterable[FicsCommand[Any]]]) -> AbstractContextManager[None]:
         """Wait for the disk once, whatever of these is sent here and now."""
-        return self.undertaking(lambda: [self.exchange(it, Lane.COMMAND) for it in commands()])
+        return self.undertaking(lambda: [self.exchange(command, Lane.COMMAND) for command in commands()])
 
     def begin_proof(self, *commands: FicsCommand[Any]) -> Proof:
         """Begin to prove what a motion depends on.

@@ -18,7 +18,7 @@ MOVES_ALL_UNITS = HomeRobot, RunMacro
 SMOOTH = 2.0
 """Duration of an S-curve as a multiple of that of a straight ramp, at most: an assumption."""
 QUESTIONS: Final[Sequence[FicsCommand[AxisTimes]]] = (GetDecelerationTimes(), GetMotorDecelerationTimes())
-_CODES: Final = frozenset(it.code for it in QUESTIONS)
+_CODES: Final = frozenset(question.code for question in QUESTIONS)
 """The codes of the questions, and of the commands that set the times."""
 
 
@@ -37,7 +37,7 @@ class Ramps:
 
     def unknown_of(self, unit: UnitAxes) -> list[FicsCommand[AxisTimes]]:
         """The questions that a unit has not answered yet."""
-        return [it for it in QUESTIONS if (unit.number, it.code) not in self._times_ms]
+        return [question for question in QUESTIONS if (unit.number, question.code) not in self._times_ms]
 
     def note(self, unit: UnitAxes, command: FicsCommand[Any], reply: AxisTimes) -> None:
         """Note the times that a unit has told to any question."""

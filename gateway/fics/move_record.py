@@ -35,27 +35,28 @@ class RobotMove(MoveRecord):
     robot_id: str
     unit: int
     kind: RobotMoveKind
-    coordinates: Coordinates = Field(description="Which axes the positions are of.")
-    units: dict[str, str] = Field(description="What positions are counted in, by axis: mm, pulse or degree.")
+    coordinates: Coordinates = Field(description="Coordinates of the positions.")
+    units: dict[str, str] = Field(description="Units of the positions, by axis: mm, pulse or degree.")
     end_cause: str | None = Field(
         default=None,
         description="normal, stop_command or error_nnn as the robot says; not_executed, power_cycled or "
         "position_mismatch as the gateway found.",
     )
     start_position: dict[str, float | None] | None = Field(
-        default=None, description="By axis, before the move."
+        default=None, description="Position before the move, by axis."
     )
     target_position: dict[str, float | None] | None = Field(
-        default=None, description="By axis, where it can be known beforehand."
+        default=None, description="Target by axis, where it can be known beforehand."
     )
     longest_s: float | None = Field(
         default=None, description="Seconds it may take by distance and speed, where these are known."
     )
     position: dict[str, float | None] | None = Field(
-        default=None, description="By axis, as last read; null while an axis does not know it."
+        default=None, description="Position as last read, by axis; null while an axis does not know it."
     )
     completion: Literal["reply", "inferred"] | None = Field(
-        default=None, description="Whether the robot has answered the move or was seen to have come to rest."
+        default=None,
+        description="Evidence of the end: the robot's reply to the move, or inferred from its standstill.",
     )
 
 

@@ -38,9 +38,12 @@ SpeedPercent = Annotated[
 class _AxesMoveRequest(StartRequest):
     speed_percent: SpeedPercent = None
     coordinates: Coordinates = Field(
-        default="user", description="Whether axes are those of the user or the motors (C-HOST manual 1-6)."
+        default="user",
+        description="Coordinates of the axes: those of the user or of the motors (C-HOST manual 1-6).",
     )
-    axes: Amounts = Field(min_length=1, description="By name; an axis that is not named stays where it is.")
+    axes: Amounts = Field(
+        min_length=1, description="Amounts by name; an axis that is not named stays where it is."
+    )
 
     def _built(self, row: MotionRow, unit: UnitAxes) -> FicsCommand[Any]:
         names = unit.names(self.coordinates)

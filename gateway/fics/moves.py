@@ -170,7 +170,7 @@ class MoveRun:
     def withdraw(self, why: str) -> None:
         """End the watch over the move: its command is not written any more."""
         cancelled = Cancelled(f"{why} Nothing was sent.", "Try again.")
-        self._line.cancel(lambda it: it.lane is Lane.COMMAND, cancelled)
+        self._line.cancel(lambda exchange: exchange.lane is Lane.COMMAND, cancelled)
         if self.robot.known.motion.command is self._command:
             self._talk.end()
 

@@ -51,7 +51,7 @@ ROWS: Final[Mapping[Coordinates, Sequence[FicsCommand[Any]]]] = {
 async def longest_move_s(
     unit: RobotUnit, coordinates: Coordinates, start: Places, target: Places
 ) -> float | None:
-    """How long a move may take; None where a place or a speed is not known.
+    """The longest time in seconds that a move takes; None where a place or a speed is not known.
 
     :raises ControllerRefused: a state of the system forbids the question, and motion (C-HOST manual 1-7).
     """
@@ -93,7 +93,7 @@ async def _durations_read(unit: RobotUnit, coordinates: Coordinates) -> AxisDura
 
 
 def longest_s(start: Places, target: Places | None, axes: AxisDurations) -> float | None:
-    """How long a move may take; None where a place or a speed is not known."""
+    """The longest time in seconds that a move takes; None where a place or a speed is not known."""
     longest = 0.0
     for axis, wanted in (target or {}).items():
         place, duration = start.get(axis), axes.get(axis)
@@ -108,16 +108,16 @@ class PlannedRobotMove(Record):
 
     body_id: str = Field(description="Address of the unit, ROBOT/units/1.")
     frame: str = Field(description="The exact bytes that would be sent, CR as \\r.")
-    coordinates: Coordinates = Field(description="Which axes the positions are of.")
-    units: dict[str, str] = Field(description="By axis: mm, pulse or degree.")
+    coordinates: Coordinates = Field(description="Coordinates of the positions.")
+    units: dict[str, str] = Field(description="Units by axis: mm, pulse or degree.")
     start_position: dict[str, float | None] | None = Field(
-        None, description="By axis, as it is now; null while the robot does not tell it."
+        None, description="Present position by axis; null while the robot does not tell it."
     )
     target_position: dict[str, float | None] | None = Field(
-        None, description="By axis that moves, where it can be known beforehand."
+        None, description="Target by axis that moves, where it can be known beforehand."
     )
     duration_s: float | None = Field(
-        None, description="How long it would move by the settings of now, where that can be calculated."
+        None, description="Seconds that it would move by the present settings, where that can be calculated."
     )
     note: str | None = Field(None, description="Why something is not known, or would be refused.")
 
@@ -144,7 +144,7 @@ class Ride:
 
     @property
     def duration_s(self) -> float:
-        """How long it goes."""
+        """The duration of the stroke in seconds."""
         ramps_s = self._up_s + (self.peak - self.low) / self.slower
         return ramps_s + max(self.way - (self.low + self.peak) / 2 * ramps_s, 0.0) / self.peak
 
@@ -193,7 +193,7 @@ async def _foresee(plan: PlannedRobotMove, unit: RobotUnit, command: FicsCommand
     await unit.require_places(places_it_needs(unit, command, start, target), command)
     end = end_of(unit, command, start, target) or {}
     if crossed := await crossed_limits(unit, plan.coordinates, end):
-        raise NotCalculable(f"It would be refused: {', and '.join(it.said.en for it in crossed)}.")
+        raise NotCalculable(f"It would be refused: {', and '.join(limit.said.en for limit in crossed)}.")
     try:
         plan.duration_s = await _duration_s(plan, unit, command)
     except NotCalculable as unknown:
@@ -204,19 +204,21 @@ async def _duration_s(plan: PlannedRobotMove, unit: RobotUnit, command: FicsComm
     if plan.target_position is None:
         raise NotCalculable("How far it goes is only known when it is done.")
     rides = await rides_of(unit, plan.coordinates, _ways(plan, command))
-    return round(max((it.duration_s for it in rides.values()), default=0.0), 3)
+    return round(max((ride.duration_s for ride in rides.values()), default=0.0), 3)
 
 
 def _limits_of_motors(unit: RobotUnit, end: Places) -> str:
     """Tell which limits cannot be checked: those of motors whose places only the robot can calculate."""
-    motors = dict.fromkeys(it for axis in end if unit.converted(axis) for it in unit.motors_behind(axis))
+    motors = dict.fromkeys(
+        motor for axis in end if unit.converted(axis) for motor in unit.motors_behind(axis)
+    )
     if not motors:
         return ""
     return f" Only the robot knows whether the soft limits of its motors {' and '.join(motors)} allow it."
 
 
 def _ways(plan: PlannedRobotMove, command: FicsCommand[Any]) -> dict[str, float]:
-    """How far each axis goes; a relative move knows it without knowing from where."""
+    """The way of each axis, without a sign; a relative move knows it without its start."""
     if isinstance(command, MoveRelative | MoveMotorsRelative):
         amounts = zip(plan.units, command.coordinates, strict=False)
         return {axis: abs(amount) for axis, amount in amounts if amount}
@@ -281,11 +283,13 @@ def ride_over(way: float, start: float, top: float, share: float, up_s: float, d
 class RobotSample(Record):
     """Where the axes stood."""
 
-    time: datetime = Field(description="When the robot's answer came.")
+    time: datetime = Field(description="Time of the robot's answer.")
     time_s: float = Field(description="Seconds since the move's command was written.")
-    axes: dict[str, float | None] = Field(description="Null while the robot does not know it.")
+    axes: dict[str, float | None] = Field(
+        description="Coordinates by axis; null while the robot does not know one."
+    )
     planned: dict[str, float] | None = Field(
-        description="Where the plan has the axis that moves then, in its `units`; null without a plan."
+        description="Planned place of the axis that moves at this time, in its `units`; null without a plan."
     )
 
 
@@ -296,10 +300,8 @@ class RobotSamples(Record):
     robot_id: str
     unit: int
     coordinates: Coordinates
-    units: dict[str, str] = Field(description="What positions are counted in, by axis: mm, pulse or degree.")
-    planned_s: float | None = Field(
-        description="How long the plan has it move, in seconds; null without a plan."
-    )
+    units: dict[str, str] = Field(description="Units of the positions, by axis: mm, pulse or degree.")
+    planned_s: float | None = Field(description="Seconds that the plan takes; null without a plan.")
     note: str | None = Field(description="Why there is no plan.")
     samples: list[RobotSample]
 
@@ -339,7 +341,7 @@ class RobotTrajectory(Trajectory[Places]):
 
     @property
     def distances(self) -> Mapping[str, float] | None:
-        """How far each axis that moves was to go; None where that was not known beforehand."""
+        """The way of each axis that moves; None where that was not known beforehand."""
         start, target = self.move.start_position, self.move.target_position
         if start is None or target is None:
             return None
@@ -375,7 +377,7 @@ async def samples_of(trajectory: RobotTrajectory) -> RobotSamples:
         units=move.units,
         planned_s=None
         if rides is None
-        else round(max((it.duration_s for it in rides.values()), default=0.0), 3),
+        else round(max((ride.duration_s for ride in rides.values()), default=0.0), 3),
         note=plan if isinstance(plan, str) else None,
         samples=[
             RobotSample(

@@ -49,11 +49,11 @@ class OriginSign(IntEnum):
 
     PLACES = 0
     NO_PLACES = 1
-    """None of its motors knows its place."""
+    """No motor knows its place."""
     NOTHING_HIDES_THEM = 2
     """Nor does anything go on that would hide it."""
     LOST = 3
-    """None knows it even so."""
+    """No motor knows its place even so."""
 
 
 class Origins:
@@ -91,7 +91,7 @@ class Origins:
         User axes may have no place for want of a conversion: that tells nothing.
         """
         if isinstance(reply, AxisStatuses):
-            self._note_busy(unit.number, busy=any(it.motion_mode in HIDE_PLACES for it in reply.axes))
+            self._note_busy(unit.number, busy=any(axis.motion_mode in HIDE_PLACES for axis in reply.axes))
         elif isinstance(reply, AxisCoordinates) and unit.number not in self._busy:
             placed = None not in reply.coordinates
             (self._all_placed.add if placed else self._all_placed.discard)(unit.number)
@@ -116,7 +116,7 @@ class RobotMemory(BaseModel):
     """The facts about a robot that a gateway remembers over restarts."""
 
     mode: int
-    """In which it was left: a robot that is in the mode of power-on afterwards has lost its power."""
+    """Mode that the robot was left in: if it is in the mode of power-on afterwards, it has lost its power."""
     cycled: bool
     certain: bool
     due: set[int]
@@ -131,7 +131,7 @@ class LineFacts(Protocol):
 
     @property
     def unheard(self) -> int:
-        """How often something was said that may have been refused without a word."""
+        """The number of commands so far that may have been refused without an answer."""
 
     def was_set_up(self) -> None:
         """The gateway has left the robot in its mode before."""
@@ -323,13 +323,17 @@ class RobotPower:
         units = {str(unit.number): unit for unit in self.units}
         return {
             "speeds": {
-                number: {it: known for it in SPEEDS if (known := self._known(unit, it))}
+                number: {
+                    coordinates: known for coordinates in SPEEDS if (known := self._known(unit, coordinates))
+                }
                 for number, unit in units.items()
             },
             "full_speed": {
                 number: {
-                    it: [axis for axis in unit.names(it) if axis not in self._known(unit, it)]
-                    for it in SPEEDS
+                    coordinates: [
+                        axis for axis in unit.names(coordinates) if axis not in self._known(unit, coordinates)
+                    ]
+                    for coordinates in SPEEDS
                 }
                 for number, unit in units.items()
             },
@@ -465,7 +469,11 @@ class RobotPower:
             return [homed]
         if not self.in_doubt:
             return []
-        return [it for it in self.units if it is not unit and any(self.is_slower(it, at) for at in SPEEDS)]
+        return [
+            other
+            for other in self.units
+            if other is not unit and any(self.is_slower(other, at) for at in SPEEDS)
+        ]
 
 
 def reply_of(robot_id: str, who: str, asked: Asked[RobotQuestion, Outcome]) -> Reply:

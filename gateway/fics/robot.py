@@ -85,7 +85,7 @@ class Robot(AskedRobot):
     async def close(self) -> None:
         """Stop what jogs, give up repeating stops, and close the line; moves run on in the robot."""
         work = self.jogs, self.stops, self.line, self.conversation
-        await do_in_turn(f"the end of {self.id}", *(it.close for it in work))
+        await do_in_turn(f"the end of {self.id}", *(part.close for part in work))
 
     @property
     def moves_under_way(self) -> list[str]:

@@ -87,7 +87,7 @@ class FicsSession(Session[FicsExchange, ReplyFrame]):
         self._answers_until: dict[str, float] = {}
         """The time until which an answer without a number may come to an earlier question, by name."""
         self._now = -inf
-        """When a frame was last written."""
+        """Time at which a frame was last written."""
         self._asked_for: deque[int] = deque(maxlen=VARIABLES // 2)
         self.gate.add(self._not_proved)
 
@@ -98,7 +98,7 @@ class FicsSession(Session[FicsExchange, ReplyFrame]):
 
     @property
     def unheard(self) -> int:
-        """How often something was said that may have been refused without a word."""
+        """The number of commands so far that may have been refused without an answer."""
         return self.doubts + self._said_silently
 
     # what goes next
@@ -143,7 +143,7 @@ class FicsSession(Session[FicsExchange, ReplyFrame]):
         self._withdraw_commands(StoppedFirst())
 
     def _withdraw_commands(self, reason: GatewayError) -> None:
-        self.cancel(lambda it: it.lane is Lane.COMMAND, reason)
+        self.cancel(lambda exchange: exchange.lane is Lane.COMMAND, reason)
 
     def _not_proved(self, exchange: FicsExchange, now: float) -> NotProved | None:
         if exchange.needs is None or self.holds(exchange.needs, now):
@@ -171,10 +171,10 @@ class FicsSession(Session[FicsExchange, ReplyFrame]):
 
     def rule_out_copies(self, commands: Iterable[FicsCommand[Any]], now: float) -> None:
         """Put a fence before whatever comes next, if a copy could be taken for the answer to one of these."""
-        questions = [self.exchange(it, Lane.READ) for it in commands]
+        questions = [self.exchange(command, Lane.READ) for command in commands]
         for question in questions:
             question.fresh = True
-        if self.in_step and any(self._could_get_a_copy(it, now) for it in questions):
+        if self.in_step and any(self._could_get_a_copy(question, now) for question in questions):
             self._lose_step(doubtful=False)
 
     # the fence
@@ -212,7 +212,11 @@ class FicsSession(Session[FicsExchange, ReplyFrame]):
 
     def _fresh_queries(self) -> list[type[FicsCommand[Any]]]:
         """The queries that no state forbids, and no earlier answer may be on its way to."""
-        return [it for it in NEVER_FORBIDDEN if self._answers_until.get(it.code, -inf) <= self._now]
+        return [
+            question
+            for question in NEVER_FORBIDDEN
+            if self._answers_until.get(question.code, -inf) <= self._now
+        ]
 
     def _fresh_variable(self) -> int:
         """A variable that was not asked for lately: an answer with its number is the fence's own."""
@@ -226,7 +230,7 @@ class FicsSession(Session[FicsExchange, ReplyFrame]):
         """Doubt what should have been answered at once; a decelerating stop is answered at standstill."""
         if type(fence.command) in NEVER_FORBIDDEN and self._fence.tries > 0:
             self._forbidding |= {Block.TERMINAL_RUNS}
-        for stop in [it for it in self._sent if it.number < fence.number and it.lane is Lane.STOP]:
+        for stop in [sent for sent in self._sent if sent.number < fence.number and sent.lane is Lane.STOP]:
             if not isinstance(stop.command, StopAllDecelerating):
                 self._doubt(stop, stop.unusable(NoReply, "no reply came"))
 
@@ -247,7 +251,7 @@ class FicsSession(Session[FicsExchange, ReplyFrame]):
         """There is only the robot to ask."""
         was_online = self.online
         self.offline.add(ROBOT)
-        self.cancel(lambda it: it.lane is not Lane.STOP, offline_error(self.robot_id))
+        self.cancel(lambda exchange: exchange.lane is not Lane.STOP, offline_error(self.robot_id))
         if was_online:
             self.on_silence()
         return False
@@ -319,7 +323,7 @@ class FicsSession(Session[FicsExchange, ReplyFrame]):
 
     def _forget_motion(self) -> FicsExchange | None:
         """No answer to a motion is awaited any more: a robot does one at a time."""
-        motion = next((it for it in self._sent if _is_answered_at_its_end(it.command)), None)
+        motion = next((sent for sent in self._sent if _is_answered_at_its_end(sent.command)), None)
         if motion is not None:
             self._sent.let_go(motion)
         return motion

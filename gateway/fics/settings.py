@@ -89,16 +89,20 @@ async def crossed_limits(unit: RobotUnit, coordinates: Coordinates, end: Places)
     ends = {axis: round(place, NOISE_DIGITS) for axis, place in end.items() if place is not None}
     if not ends:
         return []
-    limits = next(it for it in _LIMITS if it.coordinates == coordinates)
+    limits = next(limit for limit in _LIMITS if limit.coordinates == coordinates)
     lower, upper = [await _limits_read(unit, limits, row) for row in (limits.get_lower, limits.get_upper)]
     units = unit.counted_in(coordinates)
     above = [
-        CrossedAxisLimit(it, "upper", upper[it], at, units[it]) for it, at in ends.items() if at > upper[it]
+        CrossedAxisLimit(axis, "upper", upper[axis], at, units[axis])
+        for axis, at in ends.items()
+        if at > upper[axis]
     ]
     below = [
-        CrossedAxisLimit(it, "lower", lower[it], at, units[it]) for it, at in ends.items() if at < lower[it]
+        CrossedAxisLimit(axis, "lower", lower[axis], at, units[axis])
+        for axis, at in ends.items()
+        if at < lower[axis]
     ]
-    return sorted(above + below, key=lambda it: list(ends).index(it.axis))
+    return sorted(above + below, key=lambda limit: list(ends).index(limit.axis))
 
 
 async def name_limits(
@@ -113,8 +117,8 @@ async def name_limits(
         return  # the refusal stands, with the manual's words
     if not crossed:
         return
-    said = [it.said for it in crossed]
-    beyond = Text(", and ".join(it.en for it in said), "".join(it.ja for it in said))
+    said = [limit.said for limit in crossed]
+    beyond = Text(", and ".join(sentence.en for sentence in said), "".join(sentence.ja for sentence in said))
     refusal.reword("robot.beyond-limits", unit=unit.address, code=refusal.command_code, beyond=beyond)
 
 
@@ -165,7 +169,7 @@ async def _limits_read(unit: RobotUnit, limits: _Limits, row: Row) -> dict[str, 
 def _given(
     names: list[str], changes: Mapping[str, FicsCommand[Any]], row: type[CoordinateSetting]
 ) -> dict[str, float]:
-    coordinates = next((it.coordinates for it in changes.values() if isinstance(it, row)), [])
+    coordinates = next((change.coordinates for change in changes.values() if isinstance(change, row)), [])
     named = zip(names, coordinates, strict=False)
     return {axis: value for axis, value in named if value is not None}
 

@@ -25,7 +25,7 @@ ROWS: Final = Rows("robots")
 BITS = range(8)
 
 FirstChannel = Annotated[ChannelNumber, Field(description="The first channel.")]
-ChannelCount = Annotated[ChannelNumber, Field(description="How many.")]
+ChannelCount = Annotated[ChannelNumber, Field(description="Number of channels.")]
 FirstVariable = Annotated[Variable, Field(description="The first variable.")]
 
 
@@ -44,7 +44,7 @@ class ChannelList(BaseModel):
 
 
 class OutputState(RequestModel, json_schema_extra=example(on=True)):
-    """What an output shall be."""
+    """The state that an output is to take."""
 
     on: bool
 
@@ -57,7 +57,7 @@ class VariableList(BaseModel):
 
 
 class VariableSetting(SentBack, json_schema_extra=example(value=12.5)):
-    """What a variable shall hold."""
+    """The value that a variable is to take."""
 
     read_only = frozenset(("number",))
     compared_whole = False
@@ -94,7 +94,7 @@ async def get_variables(
     robot: Robot,
     *,
     first: FirstVariable = 0,
-    count: Annotated[int, Within(1, LAST_VARIABLE + 1), Field(description="How many.")] = 1,
+    count: Annotated[int, Within(1, LAST_VARIABLE + 1), Field(description="Number of variables.")] = 1,
 ) -> VariableList:
     """Ask the robot for variables, one by one (VAR)."""
     wanted = _range("variables", first, count, LAST_VARIABLE)

@@ -44,11 +44,11 @@ REFUSALS = (BLOCK_ERRORS[Block.TERMINAL_EDITS], UPLOAD_ERROR, STOPPING_ALREADY)
 TOLD_TIMEOUTS = 2
 """Reply timeouts after which a robot that has not told tells no more that it moves."""
 BRAKES_FOR_S = 0.05
-"""Between two looks at motors that may brake: in less, a slow one would not change what it displays."""
+"""Seconds between two looks at motors that may brake: in less, a slow one would not change its display."""
 
 
 class RobotStopReport(BilingualReport):
-    """How far the stop of a robot has come."""
+    """The state of the stop of a robot, and its evidence."""
 
     robot_id: str
     state: StopState = Field(
@@ -101,7 +101,7 @@ class RobotStops(StopsUnderWay[StopMode, "_RobotStop"]):
 
     @property
     def unconfirmed(self) -> RobotStopReport | None:
-        """How far a stop has come that is not confirmed yet."""
+        """The report of a stop that is not confirmed yet; None without one."""
         reports = [stop.report for stop in self._tasks]
         return next((report for report in reports if report.state != "confirmed"), None)
 
@@ -153,7 +153,7 @@ class _RobotStop(Stopping):
         self._run: set[int] = set()
         """Units that have told when they were last asked that they move."""
         self._told_at = 0.0
-        """Its age when one has told so."""
+        """Age of the stop, in seconds, when a unit last told that it moves."""
         self._units, self._conversation, self._line, self._tell = units, conversation, line, tell
         self._refusal: str | None = None
         """The error the robot refused it with, last."""
@@ -162,7 +162,7 @@ class _RobotStop(Stopping):
         self._not_still = {unit.number: text("stops.unit-not-asked", unit=unit.number) for unit in units}
         """Units that were not seen to stand still, and why."""
         self._places: dict[int, Places] = {}
-        """Where the motors of a unit stood when they were last asked."""
+        """Places of the motors of a unit when they were last asked."""
         self.tell()
 
     # sending

@@ -21,9 +21,11 @@ class RobotErrorRecord(Record):
     ja: str
     remedy_en: str
     remedy_ja: str
-    kind: DetailKind | None = Field(description="Which kind of error the details tell of; null if not known.")
-    detail: str | None = Field(description="What ERD has answered.")
-    unit: int | None = Field(default=None, description="Null in a system of a single unit, too.")
+    kind: DetailKind | None = Field(description="Kind of error that the details describe; null if not known.")
+    detail: str | None = Field(description="Answer of ERD, as it came.")
+    unit: int | None = Field(
+        default=None, description="Unit of the error; null in a system of a single unit, too."
+    )
     axis: str | None = Field(default=None, description="The motor axis.")
     driver_error: str | None = Field(
         default=None, description="The driver's own code, hexadecimal as in `31h`; `FFh`: not ready."
@@ -41,7 +43,7 @@ class StandingError:
         self.latched: RobotErrorRecord | None = None
         """The error that stands, as far as is known."""
         self.looked_at: datetime | None = None
-        """When the robot has told it last, or that there is none."""
+        """Time at which the robot last told its error, or that there is none."""
         self.asked_after = 0
         """`FicsLine.unheard` when the error was last asked for."""
         self.older_may_hide = False

@@ -86,7 +86,7 @@ def is_missed(target: Places | None, position: Places | None) -> bool:
 
 
 def furthest_miss(target: Places | None, position: Places | None) -> float | None:
-    """How far the worst axis stands from its target; None where that is not known of all of them."""
+    """The distance of the worst axis from its target; None where that is not known of all of them."""
     if not target or position is None:
         return None
     misses = []
@@ -108,7 +108,7 @@ class PlaceProof:
     target: Places | None
     """The targets of the axes that were to move; None where they cannot be known beforehand."""
     position: Places | None
-    """None where it was not read."""
+    """Places at standstill; None where they were not read."""
     moved: bool
     """True if the axes moved when they were asked."""
     replied: bool

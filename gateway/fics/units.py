@@ -57,7 +57,7 @@ class RobotUnit(UnitAxes):
         self.move: RobotMove | None = None
         """The move that is not over yet."""
         self.trajectory: Trajectory[Places] | None = None
-        """Where it is seen during the move that is not over yet."""
+        """Samples of the move that is under way."""
 
     @property
     def stood_still(self) -> bool:
@@ -79,7 +79,7 @@ class RobotUnit(UnitAxes):
     async def as_expected(
         self, read: Callable[[], Awaitable[T]], expects: Callable[[T], None] | None
     ) -> int | None:
-        """How much was said when the reading was as expected; errors as of `Conversation.as_expected`."""
+        """Require a reading to be as expected; result and errors as of `Conversation.as_expected`."""
         return await self._conversation.as_expected(read, expects)
 
     async def position(
@@ -140,7 +140,7 @@ class RobotUnit(UnitAxes):
         if not 1 <= first <= last <= LAST_POSITION:
             raise InvalidRequest(f"Positions go from 1 to {LAST_POSITION}; nothing was sent.")
         replies = (await self.download(DownloadPositions(first=first, count=last - first + 1))).replies
-        found = [list(it.coordinates) for it in replies if isinstance(it, StoredPosition)]
+        found = [list(reply.coordinates) for reply in replies if isinstance(reply, StoredPosition)]
         return list(enumerate(found, first))
 
     async def download(self, wanted: DownloadPositions, lane: Lane = Lane.READ) -> Answers:

@@ -99,8 +99,8 @@ CALLS: Final[Mapping[str, Sequence[NextCall]]] = {
     "cancelled": _LOOK,
     "command-garbled": (LINE_STATE,),
 }
-"""By the controller's error code (RC-420 manual 21) or the kind of the error; what only the sender can know
-is left out of the calls."""
+"""Calls by the controller's error code (RC-420 manual 21) or the kind of the error, without those that need
+knowledge which only the sender has."""
 OWN_CALLS: Final[Mapping[tuple[str, str], Sequence[NextCall]]] = {
     ("0QM", "0x52"): (
         SENSORS,
@@ -113,7 +113,7 @@ OWN_CALLS: Final[Mapping[tuple[str, str], Sequence[NextCall]]] = {
         ),
     ),
 }
-"""By command and code, where the command's own page gives the code another meaning (RC-420 manual 14)."""
+"""Calls by command and code, if the command's own page gives the code another meaning (RC-420 manual 14)."""
 CALLS_OF_GROUPS: Final[Mapping[str, Sequence[NextCall]]] = {
     "body-busy": (GROUP, STOP),
     "line-down": (LINE_STATE,),

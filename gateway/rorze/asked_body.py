@@ -112,7 +112,7 @@ class AskedBody(Protocol):
     """One RC-420 axis controller."""
 
     number: int
-    """Its number on the line."""
+    """Number of the body on its line."""
     changing: asyncio.Lock
     """Held while its settings are being changed."""
 

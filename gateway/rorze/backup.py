@@ -83,18 +83,22 @@ class Contents:
     """The content of a body, or of a backup of it."""
 
     places: dict[Section, dict[str, Command]] = field(default_factory=dict)
-    """By section and by place, the commands that set it."""
+    """Commands that set each place, by section and by place."""
     program: Assembled | tuple[str, ...] | None = None
-    """None where it is not among the sections."""
+    """The user program; None where it is not among the sections."""
     unread: list[str] = field(default_factory=list)
     """The places that the body has refused to tell, and why."""
     scale: Scale | None = None
-    """In which its pulses were those of lengths or angles; None where nothing tells."""
+    """Scale of the pulses of lengths and angles at the time of the backup; None where nothing tells."""
 
     @property
     def sections(self) -> list[Section]:
         """The sections it has, in their order."""
-        return [it for it in SECTIONS if it in self.places or (it == "program" and self.program is not None)]
+        return [
+            section
+            for section in SECTIONS
+            if section in self.places or (section == "program" and self.program is not None)
+        ]
 
     @property
     def instructions(self) -> tuple[str, ...]:
@@ -105,7 +109,9 @@ class Contents:
     def in_encoder_counts(self) -> bool:
         """True if its positions are encoder counts, as its settings tell (EAS)."""
         settings = self.places.get("settings", {}).values()
-        return any(isinstance(it, SetOperatingMode) and it.mode == "encoder" for it in settings)
+        return any(
+            isinstance(setting, SetOperatingMode) and setting.mode == "encoder" for setting in settings
+        )
 
     def without(self, sections: Collection[str]) -> "Contents":
         """Leave out sections, which a restore leaves as they are."""
@@ -115,7 +121,7 @@ class Contents:
     def lasting(self) -> "Contents":
         """Leave out all that is gone with the power."""
         lasting: dict[Section, dict[str, Command]] = {
-            section: {key: it for key, it in commands.items() if not isinstance(it, RAM_ONLY)}
+            section: {key: command for key, command in commands.items() if not isinstance(command, RAM_ONLY)}
             for section, commands in self.places.items()
             if section != "memories"
         }
@@ -180,7 +186,7 @@ class _Reading:
         if place.row is SetSpeedChange:
             return BackupPlace(SetPattern, {"pattern": place.at["pattern"]}).key in self.found
         if place.row in SHARES:
-            return any(BackupPlace(it, place.at).key in self.found for it in SPEEDS)
+            return any(BackupPlace(row, place.at).key in self.found for row in SPEEDS)
         return True
 
     async def at(self, place: BackupPlace) -> Command | None:
@@ -281,14 +287,14 @@ class BodySource:
 
 
 def answers_of(contents: Contents) -> int:
-    """How many answers it takes at most to read the sections of contents."""
+    """Count the answers that reading the sections takes at most."""
     places = sum(len(PLACES_OF[name]) for name in contents.sections if name != "program")
     return places + len(contents.instructions)
 
 
 def written(body: Body, contents: Contents, names: Names = NO_NAMES) -> str:
     """Contents as text."""
-    unread = "".join(f"; Not read: {it}\n" for it in contents.unread)
+    unread = "".join(f"; Not read: {sentence}\n" for sentence in contents.unread)
     scale = "" if contents.scale is None else section(SCALE, [f"{contents.scale.words}\n"])
     return f"[{KIND} {body.short}]\n{unread}{scale}" + "".join(
         section(name, _lines(body, name, contents, names)) for name in contents.sections
@@ -312,9 +318,9 @@ def _line(command: Command) -> str:
 def _positions(body: Body, contents: Contents, names: Names) -> Iterator[str]:
     """Lines of positions that are not 0 or have a name, each with its place in the body's unit and name."""
     pulses = {
-        it.entry.position: it.pulses or 0
-        for it in contents.places["positions"].values()
-        if isinstance(it, SetPositionEntry) and isinstance(it.entry.position, int)
+        command.entry.position: command.pulses or 0
+        for command in contents.places["positions"].values()
+        if isinstance(command, SetPositionEntry) and isinstance(command.entry.position, int)
     }
     for number in sorted({*pulses, *names}):
         held = pulses.get(number, 0)
@@ -391,8 +397,8 @@ def _scale(part: BackupPart, faults: list[Misplaced]) -> Scale | None:
 def _assembled(lines: list[BackupLine], faults: list[Misplaced]) -> Assembled | tuple[str, ...]:
     program = assemble("\n".join(line.text for line in lines))
     if isinstance(program, Assembled):
-        return replace(program, lines=tuple(lines[it - 1].number for it in program.lines))
-    faults += [Misplaced(lines[it.line - 1].number, it.column, it.reason) for it in program]
+        return replace(program, lines=tuple(lines[line - 1].number for line in program.lines))
+    faults += [Misplaced(lines[fault.line - 1].number, fault.column, fault.reason) for fault in program]
     return ()
 
 
@@ -412,7 +418,9 @@ def _parsed(name: Section, lines: Iterable[BackupLine], faults: list[Misplaced])
         found[key] = command
     # In the order of the places, whatever that of the lines is; what is 0 is not named.
     return {
-        key: found[key] for key, it in PLACES_OF[name].items() if key in found and found[key] != it.emptied
+        key: found[key]
+        for key, place in PLACES_OF[name].items()
+        if key in found and found[key] != place.emptied
     }
 
 
@@ -497,17 +505,17 @@ def _program_differences(
 def commands(
     wanted: Contents, held: Contents, may_be_unset: Callable[[Command], bool] = lambda _: False
 ) -> list[Command]:
-    """The commands that make a body hold what a backup has; what was never set cannot be unset.
+    """The commands that make a body hold a backup; a place that was never set cannot be unset.
 
-    Those are among them whose place reads so already, but `may_be_unset`.
+    A place that reads equal already is left out, unless its command `may_be_unset`.
     """
     made: list[Command] = []
     for name in wanted.places:
         places = differing(name, wanted, held)
         places += [
             place
-            for key, it in wanted.places[name].items()
-            if may_be_unset(it) and (place := PLACES[key]) not in places
+            for key, command in wanted.places[name].items()
+            if may_be_unset(command) and (place := PLACES[key]) not in places
         ]
         write = _settings if name == "settings" else _table
         made += write(places, wanted.places[name], held.places[name])
@@ -525,7 +533,7 @@ def _settings(
     for command in (held.get(key) for key in keys & wanted.keys()):
         if isinstance(command, SetErrorOutput) and command.output is not None:
             yield SetErrorOutput(cause=command.cause)
-    armed = {it.port for key in keys if isinstance(it := wanted[key], SetInterruptMode)}
+    armed = {edge.port for key in keys if isinstance(edge := wanted[key], SetInterruptMode)}
     for key, command in wanted.items():
         if key in keys or (isinstance(command, SetInterruptAction) and command.port in armed):
             yield command
@@ -536,7 +544,7 @@ def _table(
 ) -> Iterator[Command]:
     """SES takes all changes of a pattern away, never a single one, so that the others are set again."""
     keys = {place.key for place in places}
-    cleared = {it.pattern for key in keys if isinstance(it := held.get(key), SetSpeedChange)}
+    cleared = {old.pattern for key in keys if isinstance(old := held.get(key), SetSpeedChange)}
     yield from (SetSpeedChange(pattern=pattern) for pattern in sorted(cleared))
     for place in places:
         if place.key not in wanted and place.emptied is not None:
@@ -566,7 +574,7 @@ IN_PULSES: Final[Mapping[Row, tuple[str, ...]]] = {
 }
 """The fields that grow with the pulses a unit is. Percent, times and counts of tries do not."""
 FARTHEST: Final = BILLION - 1
-"""As a bound it says that there is none; as a place it is one."""
+"""Bound that means none; as a place it is one."""
 
 
 def for_body(wanted: Contents, body: Body, units: Units | None) -> tuple[Contents, ScaleDifference | None]:
@@ -610,7 +618,7 @@ def _hindrances(wanted: Contents) -> Iterator[str]:
     if wanted.instructions:
         yield "its [program] may have amounts in pulses, which are not converted"
     memories = wanted.places.get("memories", {}).values()
-    if any(isinstance(it, SetProgramMemory) and it.memory[0] == "D" for it in memories):
+    if any(isinstance(command, SetProgramMemory) and command.memory[0] == "D" for command in memories):
         yield "data memories of [memories] may be amounts in pulses, which are not converted"
 
 
@@ -623,22 +631,28 @@ def _converted(wanted: Contents, factor: Fraction) -> Contents:
 
 
 def _scaled(command: Command, factor: Fraction) -> Command:
-    """Scale a length or speed: to the nearest whole number of pulses, or of hundredths where there are such.
+    """Scale a length or speed: to the nearest whole number of pulses, or of hundredths where it has decimals.
 
-    :raises InvalidRequest: the controller does not take so much, or so little.
+    :raises InvalidRequest: the controller does not take a value that large or that small.
     """
     fields = IN_PULSES.get(type(command), ())
     place = isinstance(command, SetPositionEntry)
-    values = {name: it for name in fields if (it := getattr(command, name)) and (place or abs(it) < FARTHEST)}
+    values = {
+        name: value
+        for name in fields
+        if (value := getattr(command, name)) and (place or abs(value) < FARTHEST)
+    }
     scaled = {
-        name: round(it * factor) if isinstance(it, int) else round(float(Fraction(str(it)) * factor), 2)
-        for name, it in values.items()
+        name: round(value * factor)
+        if isinstance(value, int)
+        else round(float(Fraction(str(value)) * factor), 2)
+        for name, value in values.items()
     }
     try:
         return normal(type(command)(**{**given(command), **scaled}))
     except ValidationError:
         text = f"{command.code}{command.written()}"
-        told = ", ".join(f"{name} {it}" for name, it in scaled.items())
+        told = ", ".join(f"{name} {value}" for name, value in scaled.items())
         raise InvalidRequest(
             f"{text} comes to {told}, which {command.code} does not take; nothing was sent.", TAKE_OUT
         ) from None

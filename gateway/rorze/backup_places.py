@@ -62,7 +62,7 @@ class BackupPlace:
     row: Row
     """The command that sets it."""
     at: Mapping[str, object]
-    """Which of its kind it is, in the fields of the command."""
+    """Fields of the command that select the place among its kind."""
 
     @property
     def question(self) -> Command:
@@ -199,7 +199,9 @@ def _patterns() -> Iterator[BackupPlace]:
 
 def _positions() -> Iterator[BackupPlace]:
     numbers = range(LAST_POSITION + 1)
-    yield from (BackupPlace(SetPositionEntry, {"entry": PositionReference(position=it)}) for it in numbers)
+    yield from (
+        BackupPlace(SetPositionEntry, {"entry": PositionReference(position=number)}) for number in numbers
+    )
 
 
 def _memories() -> Iterator[BackupPlace]:

@@ -24,13 +24,13 @@ from protocols.rorze.user_program.assembler import Assembled
 from protocols.table import Effect
 
 ATTEMPTS = 3
-"""A command whose reply is missing is sent again when it is seen not to have worked, so often in all."""
+"""Tries in all of a command that gets no reply and is seen not to have worked."""
 READINGS = 3
-"""A reading amid which the power was lost is repeated, so often in all."""
+"""Tries in all of a reading amid which the power was lost."""
 CYCLE_SEEN_S = 0.5
-"""So often is looked whether the power was off and on."""
+"""Seconds between looks whether the power was off and on."""
 CYCLE_WITHIN_S = 3600.0
-"""Somebody has to switch it off and on within this time."""
+"""Seconds within which a person has to switch the body off and on."""
 
 UPLOADED = (ClearProgram, AddProgramInstruction, SaveProgram)
 """Commands of an upload, whose own guard keeps out those of others."""
@@ -44,9 +44,9 @@ class BodyRestore:
     wanted: Contents
     uploads: ProgramUploads
     scale: ScaleDifference | None = None
-    """How the body's scale differs from that of the backup, if it does."""
+    """Difference between the scales of the body and the backup, if there is one."""
     held: Contents = field(default_factory=Contents)
-    """As of the last comparison."""
+    """Contents of the body at the last comparison."""
     epoch: int = field(init=False)
     """Stop epoch of the body at the beginning: a stop ends the restore."""
     series: Series | None = None
@@ -121,7 +121,7 @@ class BodyRestore:
             instructions = map(AddProgramInstruction.read, wanted.instructions)
             commands = [ClearProgram(), *instructions, *commands]
         line = self.body.line
-        return (line.frame_of(self.body.number, it).removesuffix("\\r") for it in commands)
+        return (line.frame_of(self.body.number, command).removesuffix("\\r") for command in commands)
 
     def _program_differs(self, wanted: Contents) -> bool:
         return wanted.program is not None and wanted.instructions != self.held.instructions
@@ -129,9 +129,9 @@ class BodyRestore:
     # written
 
     async def write(self, watcher: Watcher) -> None:
-        """Write what differs; what is refused is told at the end, by what differs still.
+        """Write what differs; refused commands are reported at the end by the places that differ still.
 
-        :raises GatewayError: somebody has ended it, or a command is not known to be taken.
+        :raises GatewayError: a caller has ended the restore, or a command is not known to be taken.
         """
         if self._program_differs(self.wanted) and isinstance(self.wanted.program, Assembled):
             await self._upload(self.wanted.program, watcher)
@@ -203,11 +203,11 @@ class BodyRestore:
     async def save(self, watcher: Watcher) -> None:
         """Write to flash memory what was read back just now; with the settings, what starts a program, last.
 
-        The mark is read before anybody can write a new one: where it stands, what was written is what was
-        read back.
+        The mark is read before a new one can be written: if it is unchanged, the written contents are those
+        that were read back.
 
-        :raises SaveUncertain: it has lost its power since.
-        :raises GatewayError: a command was not taken, or nobody knows.
+        :raises SaveUncertain: the body has lost its power since.
+        :raises GatewayError: a command was not taken, or its outcome is unknown.
         """
         mark, written = self.body.power.mark, self.body.power.mark.text
         async with self.body.line.undivided([self.body.number]) as self.series:
@@ -225,14 +225,14 @@ class BodyRestore:
             yield SavePositions()
         if "program" in sections:
             yield SaveProgram()
-        if any(it in sections for it in ("settings", "speed-sets", "patterns")):
+        if any(section in sections for section in ("settings", "speed-sets", "patterns")):
             yield SaveSettings()
 
     async def power_cycled(self, watcher: Watcher) -> None:
-        """Wait until it has lost its power and answers again.
+        """Wait until the body has lost its power and answers again.
 
-        :raises BodyBusy: nobody has switched it off and on in time, or no mark could show that.
-        :raises GatewayError: somebody has ended it.
+        :raises BodyBusy: it was not switched off and on in time, or no mark could show that.
+        :raises GatewayError: a caller has ended the restore.
         """
         await self.body.mark.ensure(Lane.VERIFY)
         losses, loop = self.body.power.losses, asyncio.get_running_loop()

@@ -729,7 +729,7 @@ class Group:
     ) -> dict[Body, Reply | GatewayError]:
         """Send a command to all members in one frame and give one reply or error for each.
 
-        :raises GatewayError: nobody can have executed it, or nobody answered.
+        :raises GatewayError: no member can have executed it, or none answered.
         """
         forbid_stop(self.address, command)
         self.require_in_force()

@@ -28,7 +28,7 @@ from protocols.rorze.modes import GetEventKinds, GetEventMask, SetEventKinds, Se
 from protocols.rorze.programs import GetProgramStatus
 
 CLOCK_S = 0.001
-"""A timer may be early by so much."""
+"""Seconds by which a timer may be early."""
 
 
 class BodyWatch:
@@ -42,7 +42,7 @@ class BodyWatch:
         """True if a line has a stop that is not confirmed: its time belongs to that."""
         self._woke_at = -inf
         self._look_at = self._mark_at = self._ask_at = -inf
-        """When each question is due."""
+        """Times at which the questions for the state, the mark and the presence are due."""
         self._asked_at = -inf
         self._unreadable: str | None = None
         """Why its state could not be learnt, as was told last."""
@@ -176,7 +176,9 @@ async def _ask_in_turn(health: Health, sweep: Sweep, group: Group) -> None:
 async def _learn_all_programs(health: Health, sweep: Sweep) -> None:
     """Where no program runs is known soon after a set-up, for a stop of all may come as soon."""
     wanted = (sweep.represented_by(group) for group in sweep.groups)
-    parts = [it for it in wanted if any(body.online and not body.runs_no_program() for body in it)]
+    parts = [
+        bodies for bodies in wanted if any(body.online and not body.runs_no_program() for body in bodies)
+    ]
     moments = [health.next_moment(_now(), group_s(health.line, len(part))) for part in parts]
     for part, at in zip(parts, moments, strict=True):
         await asyncio.sleep(at - _now())
@@ -205,7 +207,7 @@ def _now() -> float:
 CHECK_S = 1.0
 """True if it may have forgotten its settings is considered this often; that asks nothing."""
 RETRY_S = 60.0
-"""They are read this often where nothing is known to have happened."""
+"""Seconds between two readings where nothing is known to have happened."""
 
 
 async def watch_events(body: Body, events: Events) -> None:

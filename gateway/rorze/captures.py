@@ -54,7 +54,7 @@ class Section(RequestModel):
         :raises InvalidRequest: it is empty, too long, or in another unit.
         """
         ends = (self.lower, self.upper)
-        lower, upper = (it if isinstance(it, int) else it.pulses(body.scale) for it in ends)
+        lower, upper = (end if isinstance(end, int) else end.pulses(body.scale) for end in ends)
         if not -BILLION < lower < upper < BILLION:
             raise InvalidRequest(f"between: {lower} to {upper} is no stretch of positions; nothing was sent.")
         return Bounds(lower=lower, upper=upper)
@@ -64,7 +64,7 @@ class CapturePulse(RequestModel):
     """A pulse that the edge sets off. Arming gives the output the opposite state."""
 
     output: int = Field(ge=0, le=7, description="General output, 0-7.")
-    on: bool = Field(description="Its state during the pulse.")
+    on: bool = Field(description="State of the output during the pulse.")
     duration_ms: int = Field(ge=1, le=30_000)
 
 
@@ -92,11 +92,13 @@ class CaptureRequest(SentBack, json_schema_extra=example(edge="rising", position
         None, max_length=len(KINDS), description="The three numbers as GET gives them, in their place."
     )
     pulse: CapturePulse | None = None
-    between: Section | None = Field(None, description="Left out, the edge counts everywhere.")
+    between: Section | None = Field(
+        None, description="Numbers of the three entries as GET gives them, each in its place."
+    )
 
     def entries(self) -> dict[Kind, int]:
         """The numbers that take values, by what they take."""
-        numbers: dict[Kind, int | None] = {it.kind: it.number for it in self.recorded or ()} or {
+        numbers: dict[Kind, int | None] = {entry.kind: entry.number for entry in self.recorded or ()} or {
             "position": self.position,
             "encoder": self.encoder,
             "encoder_in_pulses": self.encoder_in_pulses,
@@ -106,9 +108,9 @@ class CaptureRequest(SentBack, json_schema_extra=example(edge="rising", position
     def require_unchanged(self, present: BaseModel) -> None:
         """Refuse what cannot be set and is otherwise, of the entries, too; errors as of `require_same`."""
         super().require_unchanged(present)
-        held = {it.kind: it for it in getattr(present, "recorded", ())}
-        for it in self.recorded or ():
-            require_same(it.told, held.get(it.kind), f"recorded.{it.kind}.")
+        held = {entry.kind: entry for entry in getattr(present, "recorded", ())}
+        for entry in self.recorded or ():
+            require_same(entry.told, held.get(entry.kind), f"recorded.{entry.kind}.")
 
     @model_validator(mode="after")
     def _do_something_once(self) -> Self:
@@ -128,7 +130,7 @@ class CaptureTarget(NamedTuple):
     kind: Kind
     number: int
     value: int | None
-    """None: no edge has come since it was armed."""
+    """Value at the edge; None: no edge has come since it was armed."""
 
 
 class Capture(NamedTuple):
@@ -144,7 +146,7 @@ class Capture(NamedTuple):
     @property
     def captured(self) -> bool | None:
         """True if an edge has come; None where no entry tells."""
-        return any(it.value is not None for it in self.recorded) if self.recorded else None
+        return any(entry.value is not None for entry in self.recorded) if self.recorded else None
 
     @property
     def is_over(self) -> bool:
@@ -240,11 +242,11 @@ async def _require_free(body: AskedBody, port: int, entries: Collection[int]) ->
 
     :raises InvalidRequest: it does.
     """
-    [other] = (it for it in INPUTS if it != port)
+    [other] = (other for other in INPUTS if other != port)
     mode, _ = await body.ask(GetInterruptMode(port=other))
     if mode.edge == "off" or not entries:
         return
-    taken = {it.number for it in (await read(body, other)).recorded}.intersection(entries)
+    taken = {entry.number for entry in (await read(body, other)).recorded}.intersection(entries)
     if taken:
         number = min(taken)
         raise InvalidRequest(
@@ -284,7 +286,7 @@ async def when_over(body: AskedBody, port: int, within_s: float) -> Capture:
     while not capture.is_over and loop.time() < until:
         await asyncio.sleep(min(body.poll_interval_s, max(0.0, until - loop.time())))
         mode, _ = await body.ask(GetInterruptMode(port=port))
-        recorded = [await _recorded(body, it.kind, it.number) for it in capture.recorded]
+        recorded = [await _recorded(body, entry.kind, entry.number) for entry in capture.recorded]
         capture = capture._replace(edge=mode.edge, recorded=tuple(recorded))
         if capture.is_over and (await body.mark.stands(Lane.READ) is False or body.power.losses != losses):
             raise PowerCycled(
@@ -305,18 +307,20 @@ class CapturedValue(BaseModel):
     kind: Literal["position", "encoder", "encoder_in_pulses"]
     number: int = Field(description="Position number.")
     pulses: int | None = Field(
-        description="Null until an edge comes; where another host has armed the input, 0. Encoder counts for "
-        "`encoder`, and in encoder mode for `position`."
+        description=(
+            "Value in pulses; null until an edge comes; where another host has armed the input, 0. Encoder "
+            "counts for `encoder`, and in encoder mode for `position`."
+        )
     )
-    value: float | None = Field(description="The same in `unit`; null without a scale, and for `encoder`.")
+    value: float | None = Field(description="Value in `unit`; null without a scale, and for `encoder`.")
     unit: str | None
 
 
 class CaptureBounds(BaseModel):
     """The stretch of positions in which an edge counts."""
 
-    lower: int = Field(description="In pulses; encoder counts in encoder mode.")
-    upper: int = Field(description="As `lower`.")
+    lower: int = Field(description="Lower bound in pulses; encoder counts in encoder mode.")
+    upper: int = Field(description="Upper bound, counted as `lower`.")
 
 
 class CaptureState(BaseModel):
@@ -324,13 +328,17 @@ class CaptureState(BaseModel):
 
     body_id: str
     input: int
-    name: str | None = Field(description="From the configuration.")
-    edge: Edge = Field(description="What it waits for; off: it is not armed, or not any more.")
+    name: str | None = Field(description="Name of the input in the configuration.")
+    edge: Edge = Field(description="Edge that it waits for; off: it is not armed, or not any more.")
     armed: bool
-    captured: bool | None = Field(description="Null where no entry takes a value.")
+    captured: bool | None = Field(
+        description="True if an edge has set the values; null where no entry takes a value."
+    )
     recorded: list[CapturedValue]
     pulse: CapturePulse | None
-    between: CaptureBounds | None = Field(description="Null: everywhere.")
+    between: CaptureBounds | None = Field(
+        description="Positions between which an edge counts; null: everywhere."
+    )
 
 
 class CaptureList(BaseModel):
@@ -375,7 +383,7 @@ def _is_as(present: Capture, wanted: CaptureRequest, body: AskedBody) -> bool:
     :raises InvalidRequest: it is to be off, and is not so already; nothing was sent.
     """
     between = None if wanted.between is None else wanted.between.bounds(body)
-    entries = {it.kind: it.number for it in present.recorded}
+    entries = {entry.kind: entry.number for entry in present.recorded}
     is_as = (present.edge, present.between, present.pulse, entries) == (
         *(wanted.edge, between, wanted.pulse),
         wanted.entries(),

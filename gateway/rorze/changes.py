@@ -85,7 +85,7 @@ class ChangeStep(Record):
     outcome: Literal["unchanged", "changed"] = Field(
         description="unchanged: it was so already, and nothing was sent; changed: set, and read back."
     )
-    before: JsonValue = Field(description="Null also where it could not be read.")
+    before: JsonValue = Field(description="Value before; null also where it could not be read.")
 
 
 Wanted = tuple[Item, Any]
@@ -114,9 +114,10 @@ async def change(
 ) -> list[ChangeStep]:
     """Set what differs, in order, and read each back; then write flash memory if asked for (FIS).
 
-    What may never have been set, though it reads as wanted, is set, too. Each value is set and read back
-    undivided; between two values others may ask, but no other change comes between. A stop of the body ends
-    it. `told` is how much the body had been told when it was as the sender expects, where that matters.
+    A value that may never have been set, though it reads as wanted, is set, too. Each value is set and read
+    back undivided; between two values others may ask, but no other change comes between. A stop of the body
+    ends the change. `told` is the body's count of commands at which it was as the sender expects, where that
+    matters.
 
     :raises InvalidRequest: one cannot be set; nothing was sent.
     :raises Outdated: it was told something since; nothing was sent.
@@ -138,7 +139,7 @@ async def change(
                     await body.ask(SaveSettings())
                 saved = True
         except GatewayError as error:
-            left = [_text(it) for it in commands[len(steps) :]] + ["FIS"] * flash
+            left = [_text(command) for command in commands[len(steps) :]] + ["FIS"] * flash
             raise _broken_off(body, steps, left, error) from error
         finally:
             if saved or _done(steps):
@@ -159,7 +160,7 @@ async def _undivided(body: AskedBody, epoch: int) -> AsyncIterator[None]:
 async def as_expected(
     body: AskedBody, document: Callable[[], Awaitable[BaseModel]], expects: Expectation | None
 ) -> int | None:
-    """How much a body had been told when it was as expected; None where any state will do.
+    """Require a body to be as expected; gives its count of commands before the reading, or None.
 
     :raises Outdated: it is otherwise.
     :raises GatewayError: it was not read.

@@ -130,7 +130,7 @@ class BodyTable(Table):
     """The acceleration pattern that the gateway may overwrite in RAM, with the speed set of its number, for
     moves with a `max_speed`; left out, 29, where it was never set otherwise."""
     needs_origin: bool = True
-    """After a loss of power it refuses motions to places until it is homed, or somebody agrees."""
+    """True if motions to places are refused after a loss of power until it is homed, or a person agrees."""
 
     silence_needs_acknowledgement: bool = False
     """Each silence counts as a loss of power, where the board keeps position and comments without power."""
@@ -168,7 +168,7 @@ class GroupTable(Table):
 
     id: GroupId
     members: Array[BodyId]
-    """In the order they are sent to the link master."""
+    """Members in the order in which they are sent to the link master."""
 
     @property
     def number(self) -> int:

@@ -17,14 +17,14 @@ from protocols.rorze.notation import BILLION
 from protocols.rorze.profile import Profile, ProfileError, SpeedChange, SpeedParameters, plan, plan_slow
 
 ROWS: Final = Rows("body settings")
-Distance = Annotated[float, Field(gt=0, lt=1e9, allow_inf_nan=False, description="How far the move goes.")]
+Distance = Annotated[float, Field(gt=0, lt=1e9, allow_inf_nan=False, description="Distance of the move.")]
 CurveUnit = Annotated[
-    Literal["pulse", "mm", "um", "deg", "mdeg"], Field(description="Of the distance; pulses are whole.")
+    Literal["pulse", "mm", "um", "deg", "mdeg"], Field(description="Unit of the distance; pulses are whole.")
 ]
 CurveSpeed = Annotated[
     Literal["high", "low"], Field(description="`low` runs at the start speed, without ramps.")
 ]
-Points = Annotated[int, Field(ge=2, le=2_000, description="How many moments, evenly spread.")]
+Points = Annotated[int, Field(ge=2, le=2_000, description="Number of moments, evenly spread.")]
 
 
 class CurvePoint(Record):
@@ -34,7 +34,7 @@ class CurvePoint(Record):
     position: float = Field(description="Pulses since the start.")
     speed: float = Field(description="Pulses per second.")
     acceleration: float = Field(description="Pulses per second, per second; below 0 while it slows down.")
-    position_in_unit: float | None = Field(description="In the body's unit; null without a scale.")
+    position_in_unit: float | None = Field(description="Position in the body's unit; null without a scale.")
     speed_in_unit: float | None
     acceleration_in_unit: float | None
 
@@ -44,8 +44,8 @@ class SpeedCurve(Record):
 
     body_id: str
     pattern: int
-    distance: int = Field(description="In pulses; in encoder mode in encoder counts.")
-    pulses: int = Field(description="How many are put out.")
+    distance: int = Field(description="Distance in pulses; in encoder mode in encoder counts.")
+    pulses: int = Field(description="Number of pulses that are put out.")
     distance_in_unit: Scaled | None
     unit: str | None = Field(description="The body's; null without a scale.")
     total_time_s: float
@@ -71,13 +71,15 @@ class CurveDraft(
     """A move with a pattern that no body has yet."""
 
     acceleration: SpeedSetValues
-    deceleration: SpeedSetValues | None = Field(default=None, description="Left out: as the acceleration.")
+    deceleration: SpeedSetValues | None = Field(
+        default=None, description="Deceleration; left out: as the acceleration."
+    )
     changes: Changes = Field(default_factory=list)
-    distance: Length = Field(description="How far the move goes.")
+    distance: Length = Field(description="Distance of the move.")
     speed: Literal["high", "low"] = Field(
         default="high", description="`low` runs at the start speed, without ramps."
     )
-    points: int = Field(default=200, ge=2, le=2_000, description="How many moments, evenly spread.")
+    points: int = Field(default=200, ge=2, le=2_000, description="Number of moments, evenly spread.")
 
     def course(self) -> "_Course":
         """As the speed curve takes it.
@@ -86,7 +88,7 @@ class CurveDraft(
         """
         up = self.acceleration.parameters()
         down = up if self.deceleration is None else self.deceleration.parameters()
-        return _Course(up, down, [it.planned() for it in self.changes])
+        return _Course(up, down, [change.planned() for change in self.changes])
 
 
 class _Course(NamedTuple):
@@ -116,7 +118,7 @@ async def curve_of(
     points: int,
     draft: CurveDraft | None = None,
 ) -> SpeedCurve:
-    """Work out a move of so many pulses, or encoder counts, with a pattern or its draft; only reads are sent.
+    """Calculate a move of `distance` pulses or encoder counts by a pattern or its draft; it only reads.
 
     :raises InvalidRequest: there is no such move: it would be refused, or the pattern is not set.
     :raises GatewayError: the settings were not read.
@@ -148,7 +150,7 @@ async def _course(body: Body, number: int) -> _Course:
         raise InvalidRequest(
             f"The speed changes of pattern {number} of {body.address} do not suit its speed sets."
         )
-    return _Course(up, down, [SpeedChange("F", it.begin, it.speed_pps) for it in pattern.changes])
+    return _Course(up, down, [SpeedChange("F", change.begin, change.speed_pps) for change in pattern.changes])
 
 
 def _curve(
@@ -156,7 +158,7 @@ def _curve(
 ) -> SpeedCurve:
     end_s = profile.duration_s or 0.0
     even = (end_s * index / (points - 1) for index in range(points))
-    moments = sorted({*even, *(it.start_s for it in profile.curve.phases if it.start_s < end_s)})
+    moments = sorted({*even, *(phase.start_s for phase in profile.curve.phases if phase.start_s < end_s)})
     rows = [_point(profile, at_s, units) for at_s in moments]
     return SpeedCurve(
         body_id=body.address,
@@ -166,7 +168,7 @@ def _curve(
         distance_in_unit=Scaled.of(distance, body.scale),
         unit=None if body.scale is None else body.scale.unit,
         total_time_s=end_s,
-        top_speed=max(it.speed for it in rows),
+        top_speed=max(row.speed for row in rows),
         points=rows,
     )
 
@@ -175,7 +177,7 @@ def _point(profile: Profile, at_s: float, units: _Units) -> CurvePoint:
     """The state at a moment; at the last one as it arrives, not as it stands."""
     phase = profile.curve.at(at_s)
     numbers = {"position": profile.position(at_s), "speed": phase.speed, "acceleration": phase.acceleration}
-    in_unit = {f"{name}_in_unit": units.of(it) for name, it in numbers.items()}
+    in_unit = {f"{name}_in_unit": units.of(number) for name, number in numbers.items()}
     return CurvePoint(time_s=at_s, **numbers, **in_unit)
 
 

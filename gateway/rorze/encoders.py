@@ -36,16 +36,16 @@ LEAST_RATIO, LARGEST_RATIO = 1.0, 99_999.99
 class EncoderCounts(BaseModel):
     """Where the encoder is."""
 
-    counted_in: CountedIn = Field(description="What positions and amounts of this body are counted in.")
-    position: int = Field(description="Where the body says it is, in `counted_in` (6PD).")
+    counted_in: CountedIn = Field(description="Unit of positions and amounts of this body.")
+    position: int = Field(description="Position that the body tells, in `counted_in` (6PD).")
     position_in_unit: Scaled | None
     count: int = Field(description="The encoder's count (6ED).")
-    count_in_pulses: int = Field(description="The same, times the ratio (6MD).")
+    count_in_pulses: int = Field(description="Encoder's count in pulses: the count times the ratio (6MD).")
     difference: int | None = Field(
         description="Pulses put out beyond what the encoder has seen; null in encoder mode, where only the "
         "encoder is told."
     )
-    stalled: bool = Field(description="Whether the encoder has found a step-out that stands (PRD).")
+    stalled: bool = Field(description="True if the encoder has found a step-out that stands (PRD).")
 
 
 class Encoder(BaseModel):
@@ -53,10 +53,10 @@ class Encoder(BaseModel):
 
     body_id: str
     operating_mode: ModeName
-    settings: EncoderSettings = Field(description="In RAM.")
-    in_unit: dict[str, Scaled] = Field(description="Those in pulses, in the body's unit, by their names.")
+    settings: EncoderSettings = Field(description="Settings in RAM.")
+    in_unit: dict[str, Scaled] = Field(description="Settings in pulses, in the body's unit, by their names.")
     unavailable: dict[str, str] = Field(description="Settings that cannot be read now, and why.")
-    last: EncoderCounts = Field(description="What was counted when it was asked.")
+    last: EncoderCounts = Field(description="Counts at the last reading.")
 
 
 class ResolutionRequest(
@@ -71,7 +71,8 @@ class ResolutionRequest(
         description="Lines of the encoder, before any multiplication."
     )
     multiplier: Multiplier | None = Field(
-        default=None, description="Left out: quadruple, or double where the ratio would be below 1."
+        default=None,
+        description="Multiplier; left out: quadruple, or double where the ratio would be below 1.",
     )
     dry_run: bool = Field(default=False, description="Only say what would be set.")
 
@@ -86,7 +87,9 @@ class Resolution(BaseModel):
     drift_per_turn: float = Field(
         description="Pulses by which motor and encoder come apart in each turn, because of the rounding."
     )
-    changed: ChangedSettings | None = Field(description="What was set; null after a dry run.")
+    changed: ChangedSettings | None = Field(
+        description="Settings as they were read back; null after a dry run."
+    )
 
 
 async def read_encoder(body: Body) -> Encoder:
@@ -98,7 +101,7 @@ async def read_encoder(body: Body) -> Encoder:
     names = {name: SETTINGS[name] for name in EncoderSettings.model_fields}
     unavailable = unavailable_in(mode, names)
     values, moving = await read_values(
-        body, {name: it for name, it in names.items() if name not in unavailable}
+        body, {name: setting for name, setting in names.items() if name not in unavailable}
     )
     return Encoder(
         body_id=body.address,

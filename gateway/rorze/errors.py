@@ -11,11 +11,11 @@ LASTING = frozenset({0x23, *range(0x40, 0x48), 0x4A, 0x54, 0x5B, 0x5D, 0x5E, 0x5
 """Errors that the same request meets again until it, or a setting, is changed (RC-420 manual 21)."""
 
 MOVING = "0x50"
-"""How what is allowed at standstill only is refused (RC-420 manual 21)."""
+"""Refusal of a command that is allowed at standstill only (RC-420 manual 21)."""
 SAME_GROUP = "0x4C"
-"""How a command is refused while another of its group is executed, whatever a group is."""
+"""Refusal of a command while another of its group is executed; the manual does not define the groups."""
 IN_MOTION = frozenset({MOVING, SAME_GROUP})
-"""How a motion is refused while the motor moves, or executes another command of the same group."""
+"""Refusals of a motion while the motor moves, or executes another command of the same group."""
 
 
 def refused(address: str, command: RorzeCommand[Any], error: int | None) -> ControllerRefused:

@@ -33,13 +33,15 @@ BODY, GROUP = "/bodies/{body_id}", "/groups/{group_id}"
 class WentOffline(EventData):
     """Why a body counts as silent."""
 
-    asked: bool = Field(description="False where nobody on its line was heard, and it was not asked itself.")
+    asked: bool = Field(description="False where no body on its line was heard, and it was not asked itself.")
 
 
 class LineStopsUnconfirmed(EventData):
-    """Stops on a line on which nobody answers; the event of each body is told as well."""
+    """Stops on a line on which no body answers; the event of each body is told as well."""
 
-    silent_s: float = Field(description="For so long nobody on it has answered since the first of them.")
+    silent_s: float = Field(
+        description="Seconds since the first of them without an answer of any body on the line."
+    )
     stops: int = Field(description="The number of bodies whose stops are not confirmed.")
     bodies: list[str]
 
@@ -92,7 +94,7 @@ class InputChange(EventData):
     """A general input that is on or off now."""
 
     number: int
-    name: str | None = Field(description="As the configuration has it.")
+    name: str | None = Field(description="Name of the input in the configuration.")
     on: bool
 
 
@@ -112,8 +114,10 @@ class EndFrame(EventData):
 class SettingsNews(EventData):
     """Settings, speed sets or patterns that are otherwise now."""
 
-    commands: list[str] = Field(description="What was sent and read back, in order, without frames.")
-    saved: bool = Field(description="Whether all its settings were written to flash memory then (FIS).")
+    commands: list[str] = Field(
+        description="Commands that were sent and read back, in order, without frames."
+    )
+    saved: bool = Field(description="True if all its settings were written to flash memory then (FIS).")
 
 
 class Strangers(EventData):
@@ -129,7 +133,7 @@ class Strictness(EventData):
 
 
 class LineMessage(EventData):
-    """A frame of a special address that nobody knows."""
+    """A frame of a special address that the gateway does not know."""
 
     frame: str
 

@@ -19,7 +19,7 @@ class Answered:
     replies: dict[int, Reply | Refusal]
     at: float
     late: bool = False
-    """It came after its deadline, but before the line was proved to be in step again."""
+    """True if it came after its deadline, but before the line was proved to be in step again."""
     text: str = field(default="", compare=False)
     """The text behind the code in the reply of one body, as it came."""
 

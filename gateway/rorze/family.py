@@ -95,7 +95,7 @@ GroupId = Annotated[
     ),
 ]
 UNATTENDED: Final = ("continuous", "jog")
-"""Moves that must not go on when the gateway ends, or has ended: nobody else would stop them."""
+"""Moves that must not go on when the gateway ends, or has ended: nothing else would stop them."""
 BODY = TargetKind("/bodies/{body_id}", Move, listed=True)
 LINE = TargetKind("/lines/{line_id}", tag="line commands", listed=True)
 GROUP = TargetKind(
@@ -107,12 +107,10 @@ class LineInfo(PortInfo):
     """A line: one port with an RC-400 and the bodies behind it."""
 
     protocol: Literal["rorze"]
-    controllers: Annotated[str, Field(description="What the link master answered to XID.")]
+    controllers: Annotated[str, Field(description="Answer of the link master to XID.")]
     stop_mode: Annotated[
         Literal["interject", "after_reply"],
-        Field(
-            description="Whether a stop goes out at the next frame boundary, or after the reply under way."
-        ),
+        Field(description="Moment of a stop: at the next frame boundary, or after the reply under way."),
     ]
     strict: Annotated[
         bool,
@@ -127,7 +125,7 @@ class LineInfo(PortInfo):
 
 
 class Listener(Protocol):
-    """An extension made of several bodies, which hears of them before anybody waits for their moves."""
+    """An extension made of several bodies, which hears of them before any caller waits for their moves."""
 
     def advanced(self, body: Body, move: Move) -> None:
         """A move has changed its status."""
@@ -160,7 +158,7 @@ class Rorze(Family):
     event_types = TYPES
     controllers = "RORZE RC-420 motion controllers behind RC-400 link masters"
     told_when_up: ClassVar = {
-        "controllers": (str | None, Field(None, description="What an RC-400 answered to XID."))
+        "controllers": (str | None, Field(None, description="Answer of an RC-400 to XID."))
     }
     told_of_ports = "an RC-400 with which bodies"
     told_of_stops = "`decelerate` is command 5SS, `immediate` is 5IS (RC-420 manual 14)"
@@ -263,8 +261,8 @@ class Rorze(Family):
         line.on_change = partial(self._on_change, line)
         line.note_proofs(partial(self.stops.others_prove, line))
         self.lines[line.id] = line
-        for it in table.bodies:
-            self._add_body(line, table, it)
+        for body_table in table.bodies:
+            self._add_body(line, table, body_table)
         Guards(
             line,
             self.bodies_of(line),
@@ -283,21 +281,21 @@ class Rorze(Family):
             self._groups.configure(Group(line, group.number, members))
         return line
 
-    def _add_body(self, line: Line, table: config.RorzeLineTable, it: config.BodyTable) -> None:
+    def _add_body(self, line: Line, table: config.RorzeLineTable, own: config.BodyTable) -> None:
         configured = Configured(
-            it.name or "",
-            it.units,
-            it.input_names,
-            it.output_names,
-            it.position_tolerance,
-            it.in_position,
-            it.slow_pattern,
+            own.name or "",
+            own.units,
+            own.input_names,
+            own.output_names,
+            own.position_tolerance,
+            own.in_position,
+            own.slow_pattern,
             table.poll_interval_s,
-            it.events,
+            own.events,
         )
-        mark = PowerMark(it.power_comment)
+        mark = PowerMark(own.power_comment)
         body = Body(
-            line, it.number, configured, BodyPower(mark, it.needs_origin, it.silence_needs_acknowledgement)
+            line, own.number, configured, BodyPower(mark, own.needs_origin, own.silence_needs_acknowledgement)
         )
         body.on_news = partial(self._on_news, body)
         body.power.on_memory = self.site.known.keep(body.address, body.power)
@@ -379,7 +377,7 @@ class Rorze(Family):
 
     def seen(self) -> Iterator[Seen]:
         """Tell of all bodies."""
-        return (Seen(it.line.id, it.address, BodyNow.of(it)) for it in self.bodies())
+        return (Seen(body.line.id, body.address, BodyNow.of(body)) for body in self.bodies())
 
     def parts(self, address: str) -> Sequence[Part]:
         """A body, or the members of a group; a group that is not there yet is its line."""
@@ -391,7 +389,7 @@ class Rorze(Family):
         return [Part(line_id, line_id)] if line_id in self.lines else []
 
     def parts_in_scope(self, name: str) -> Sequence[Part]:
-        """The members that the configuration gives a group: one defined anew gives nobody more."""
+        """The members that the configuration gives a group: defining it anew gives no caller more."""
         fitting = [members for address, members in self._groups.configured.items() if fits(name, address)]
         if len(fitting) == 1:
             return [_part_of(member) for member in fitting[0]]
@@ -445,7 +443,9 @@ class Rorze(Family):
         """
         address = numbered_address(address)
         home = address.rpartition(".")[0]
-        bodies = [self.body(f"{home}.{it}" if home and "." not in it else it) for it in members]
+        bodies = [
+            self.body(f"{home}.{member}" if home and "." not in member else member) for member in members
+        ]
         group = planned_group(address, bodies, name)
         if group.number in self._served[group.line.id].table.sweep_numbers:
             raise InvalidRequest(
@@ -486,7 +486,7 @@ class Rorze(Family):
         self, records: Sequence[Mapping[str, Any]], begun: Collection[str], since: str = RESTARTED
     ) -> None:
         """Take over the moves of bodies that are still configured."""
-        own = [Move.model_validate(it) for it in records if it["body_id"] in self._bodies]
+        own = [Move.model_validate(record) for record in records if record["body_id"] in self._bodies]
         self.moves.log.remember(own)
         for move in own:
             if not move.status.final:
@@ -545,7 +545,9 @@ class Rorze(Family):
 
     def _publish_move(self, kind: str, body: Body, move: Move) -> Event:
         event = self.site.events.publish(kind, f"/bodies/{body.address}", move, correlation=move.id)
-        do_each("the news of a move", *(partial(it.advanced, body, move) for it in self.listeners))
+        do_each(
+            "the news of a move", *(partial(listener.advanced, body, move) for listener in self.listeners)
+        )
         return event
 
     def _publish_jog(self, what: str, body: Body, jog: BodyJog) -> None:
@@ -587,8 +589,8 @@ class Rorze(Family):
         elif body is None:
             publish("body.end_frame", subject, {"command": frame.code, "cause": frame.cause})
         else:
-            for it in self.listeners:
-                it.announced(body, frame)
+            for listener in self.listeners:
+                listener.announced(body, frame)
             self.moves.ended(body, frame)
 
     def _on_change(self, line: Line, what: str, facts: dict[str, object]) -> None:
@@ -604,8 +606,8 @@ class Rorze(Family):
                 body.fell_silent()
             else:
                 body.out_of_sight()
-            for it in self.listeners:
-                it.fell_silent(body)
+            for listener in self.listeners:
+                listener.fell_silent(body)
         if body is not None and what == "body.online":
             body.look_soon()
             self.stops.in_reach_again(body)
@@ -650,11 +652,11 @@ class Rorze(Family):
         return [self.stops.stop(bodies, "decelerate")] if bodies else []
 
     def _must_end(self, body: Body, *, everything: bool) -> bool:
-        """True if it is to be stopped; where nobody can tell, too."""
+        """True if the body is to be stopped at the end of the gateway, also where that cannot be told."""
         return bool(everything and body.moving) or self._never_ends(body)
 
     def _never_ends(self, body: Body) -> bool:
-        """True if its last move must not go on unattended, and nobody has seen its end."""
+        """True if its last move must not go on unattended, and its end was not seen."""
         move = next(iter(self.moves.log.of(body.address, 1)), None)
         if move is None or move.kind not in UNATTENDED or move.sent_at is None:
             return False

@@ -96,7 +96,7 @@ class Guards:
         return None
 
     def _without_a_move(self, exchange: RorzeExchange) -> GatewayError | None:
-        """Whatever way it came here: a motion that nobody would follow to its end is not begun."""
+        """Refuse a motion without a record of its move, on any path: it would not be followed to its end."""
         command = exchange.command
         if not command.starts_motion():
             return None
@@ -116,7 +116,7 @@ class Guards:
         if not isinstance(command, RunProgram | StepProgram):
             return None
         refusals = (self._refuses_program(body, command.code) for body in self._reached_by(exchange))
-        return next((it for it in refusals if it is not None), None)
+        return next((refusal for refusal in refusals if refusal is not None), None)
 
     def _amid_an_upload(self, exchange: RorzeExchange, _: float) -> GatewayError | None:
         """While a program is uploaded nothing else changes or runs it, and nothing moves the motor."""

@@ -105,7 +105,7 @@ class BodyJogs(Jogs[BodyJog, Body]):
 
 
 def _why_ended(move: Move, bound: str) -> str:
-    """Say how a jog ended that nobody has stopped, as a sentence without its subject."""
+    """Say how a jog ended without a stop, as a sentence without its subject."""
     if move.status is MoveStatus.SUCCEEDED:
         return f"came to {bound}"
     told = [CAUSES[cause] for cause in (move.end_cause or "").split("+") if cause in CAUSES]
@@ -115,11 +115,11 @@ def _why_ended(move: Move, bound: str) -> str:
 class _Reach(NamedTuple):
     distance: int
     bound: str
-    """Where it ends then."""
+    """Name of the limit at which the jog ends."""
 
 
 async def _reach(body: Body, request: BodyJogRequest) -> _Reach:
-    """How far a jog may go, in the unit of the operating mode, and what bounds it.
+    """Calculate the longest way of a jog, in the unit of the operating mode, and the limit that bounds it.
 
     :raises InvalidRequest: it stands at its soft limit, or the length is in another unit.
     """

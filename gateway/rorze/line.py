@@ -210,7 +210,7 @@ class Line(LineDriver[RorzeExchange, ReplyFrame | Message, ReplyFrame]):
     def last_error_at(self) -> float | None:
         """The time at which a reply was last missing, garbled or a copy, on the event loop's clock.
 
-        The silence of those who are known not to answer does not count.
+        The silence of bodies that are known not to answer does not count.
         """
         return self._session.last_error_at
 
@@ -309,8 +309,8 @@ class Line(LineDriver[RorzeExchange, ReplyFrame | Message, ReplyFrame]):
     async def define_group(self, group: int, members: list[int]) -> None:
         """Define a virtual body at the link master, now and after every restart of it.
 
-        :raises GatewayError: the link master did not take it; the old definition holds, or is sent again
-            where nobody knows.
+        :raises GatewayError: the link master did not take it; the old definition holds, or is sent again if
+            the outcome is unknown.
         """
         definition, set_up = _group_definition(group, members), self.set_ups
         outcome = await self.submit(LINK_MASTER, definition, Lane.COMMAND)
@@ -351,8 +351,9 @@ class Line(LineDriver[RorzeExchange, ReplyFrame | Message, ReplyFrame]):
     ) -> "asyncio.Future[Outcome]":
         """Queue a command; the future gives its outcome and never raises.
 
-        What people wait for has to be written within `WRITTEN_WITHIN_S` where `expires_at` says no other
-        time. Stops, the questions that a motor waits for and those of the gateway itself are never too late.
+        A command that people wait for has to be written within `WRITTEN_WITHIN_S` where `expires_at` says no
+        other time. Stops, the questions that a motor waits for and those of the gateway itself are never too
+        late.
 
         :raises ShuttingDown, HeldUp: it comes too late, and is neither a read nor a stop.
         :raises LineDown: the port is not open; nothing was queued.
@@ -447,8 +448,8 @@ class Line(LineDriver[RorzeExchange, ReplyFrame | Message, ReplyFrame]):
     async def _probe_each(self) -> bool:
         """Ask each offline body once, in a small share of the line's time while other bodies answer.
 
-        Who was heard last comes first, and a body that falls silent begins the round anew: the others may be
-        absent for good. A line that lives again is set up first, and its roll is called.
+        The body that was heard last comes first, and a body that falls silent begins the round anew: the
+        others may be absent for good. A line that lives again is set up first, and its roll is called.
         """
         somebody_came_back = False
         for body in self._in_turn(self.offline):
@@ -470,7 +471,7 @@ class Line(LineDriver[RorzeExchange, ReplyFrame | Message, ReplyFrame]):
         return sorted(self.presence.latest_first(bodies), key=lambda body: body not in self.roll.members)
 
     async def _answers_probe(self, body: int, lane: Lane) -> bool:
-        """True if it is there. Who was silent only with the whole line is silent itself if it is not."""
+        """True if the body answers. One that was silent only with its whole line is silent itself if not."""
         outcome = await self.probe(body, self._session.reply_timeout_s, lane)
         if isinstance(outcome, NoReply) and self._open and not self._all_are_offline():
             self.roll.members.discard(body)

@@ -24,15 +24,17 @@ from protocols.rorze.status import CONTROLLER_STATUS_BITS, names_of
 
 INPUTS, OUTPUTS = range(10), range(16)
 FRESH = 0.5
-"""Share of the time between two values that one may be old which was told to somebody else."""
+"""Share of the time between two values within which a value that was read for another reader is fresh."""
 
 
 class BodyPosition(EventData):
     """Where a motor stands (6PD)."""
 
     pulses: int = Field(description="Or encoder counts: see `counted_in`.")
-    counted_in: CountedIn | None = Field(description="Null where its operating mode could not be read.")
-    value: float | None = Field(description="The same in `unit`; null without a scale.")
+    counted_in: CountedIn | None = Field(
+        description="Unit of `pulses`; null where its operating mode could not be read."
+    )
+    value: float | None = Field(description="Position in `unit`; null without a scale.")
     unit: str | None
 
 
@@ -44,7 +46,7 @@ class LiveBody(LiveSource):
     sweep: Sweep
     live: Live
     samples_hz: float = 0.0
-    """How often a second it is asked for during a move."""
+    """Readings a second during a move."""
     subject: str = field(init=False)
 
     def __post_init__(self) -> None:
@@ -52,10 +54,12 @@ class LiveBody(LiveSource):
 
     def company(self, due: Sequence[LiveSource]) -> dict[Body, Self]:
         """The values that one frame asks for, by their bodies."""
-        alike = {it.body: it for it in self.among(due)}
+        alike = {source.body: source for source in self.among(due)}
         group = self.sweep.group_for(self.body, alike)
         return {
-            body: it for body, it in alike.items() if body is self.body or (group and body in group.members)
+            body: source
+            for body, source in alike.items()
+            if body is self.body or (group and body in group.members)
         }
 
     async def ask(self, bodies: Sequence[Body], command: RorzeCommand[R]) -> dict[Body, tuple[R, float]]:
@@ -67,7 +71,9 @@ class LiveBody(LiveSource):
         if isinstance(refusal := told[self.body], GatewayError):
             raise refusal
         return {
-            body: (cast("R", it.reply), it.at) for body, it in told.items() if isinstance(it, SweepAnswer)
+            body: (cast("R", answer.reply), answer.at)
+            for body, answer in told.items()
+            if isinstance(answer, SweepAnswer)
         }
 
 
@@ -82,10 +88,12 @@ class PositionSource(LiveBody):
         return 0.0 if self.body.motion.trajectory is None else self.samples_hz
 
     async def read(self, due: Sequence[LiveSource]) -> list[LiveSource]:
-        """Put what somebody else has just been told, or ask."""
+        """Put a fresh value that was read for another reader, or ask."""
         if self.body.told.mode is None:
             with suppress(ControllerRefused):
-                await self.ask([it for it in self.company(due) if it.told.mode is None], GetOperatingMode())
+                await self.ask(
+                    [source for source in self.company(due) if source.told.mode is None], GetOperatingMode()
+                )
         if self._put_if_fresh():
             return [self]
         sources = self.company(due)
@@ -136,7 +144,7 @@ class SignalSource(LiveBody):
 
 
 def _signals(numbers: range, names: Mapping[int, str], bits: int) -> list[Signal]:
-    return [Signal(number=it, name=names.get(it), on=bool(bits >> it & 1)) for it in numbers]
+    return [Signal(number=number, name=names.get(number), on=bool(bits >> number & 1)) for number in numbers]
 
 
 class BodyNow(Record):
@@ -146,8 +154,8 @@ class BodyNow(Record):
     online: bool
     moving: bool | None
     move_id: str | None
-    counted_in: CountedIn | None = Field(description="Of the position; null where that is not known.")
-    position: int | None = Field(description="In `counted_in`, as last read.")
+    counted_in: CountedIn | None = Field(description="Unit of the position; null where that is not known.")
+    position: int | None = Field(description="Position as last read, in `counted_in`.")
     homed: str
     power_cycled: bool
     status: list[str] | None

@@ -17,10 +17,10 @@ from protocols.rorze.programs import LARGEST_COUNT, GetProgramMemory, SetProgram
 
 ROWS: Final = Rows("programs")
 MOST: Final = 200
-"""As many as the largest bank has."""
+"""Size of the largest bank."""
 MemoryName = Annotated[str, Field(description="D0-D199, C0-C29 or T0-T29.", examples=["D0"])]
 First = Annotated[str, Field(description="D0-D199, C0-C29 or T0-T29.", max_length=8)]
-Count = Annotated[int, Field(ge=1, le=MOST, description="How many of the same bank.")]
+Count = Annotated[int, Field(ge=1, le=MOST, description="Number of memories of the same bank.")]
 LAST_PLACES = {"D": 199, "C": 29, "T": 29}
 
 _NAME = re.compile("([DCT])(0|[1-9][0-9]{0,2})")
@@ -46,7 +46,9 @@ Value = Annotated[
 ]
 
 
-AS_IT_IS: Final[Any] = Field(description="Null, as GET gives it, leaves what is no number as it is.")
+AS_IT_IS: Final[Any] = Field(
+    description="A value that is null, as GET gives it, leaves a memory without a number as it is."
+)
 
 
 class MemoryChange(SentBack, json_schema_extra=example(value=12)):
@@ -102,7 +104,7 @@ async def write(body: Body, wanted: Sequence[tuple[str, int]]) -> list[Memory]:
     :raises GatewayError: none was set, or read back.
     """
     commands = [_setting(name, value) for name, value in wanted]
-    names = [it.memory for it in commands]
+    names = [command.memory for command in commands]
     for name in names:
         if names.count(name) > 1:
             raise InvalidRequest(f"Memory {name} is given twice; nothing was sent.")
@@ -115,7 +117,8 @@ async def write(body: Body, wanted: Sequence[tuple[str, int]]) -> list[Memory]:
             if not held:
                 raise
             done, left = (
-                [it.code + it.written() for it in part] for part in (commands[:place], commands[place:])
+                [command.code + command.written() for command in part]
+                for part in (commands[:place], commands[place:])
             )
             raise PartlyDone(body.address, done, left, error) from error
     return held
@@ -141,10 +144,10 @@ async def _read(body: Body, name: str) -> Memory:
 
 async def _change(body: Body, wanted: Sequence[NamedMemory]) -> list[Memory]:
     """Set memories, but those that are named as null; errors as of `write`."""
-    left = [await _no_number(body, it.name) for it in wanted if it.value is None]
-    held = await write(body, [(it.name, it.value) for it in wanted if it.value is not None])
-    told = {it.name: it for it in (*left, *held)}
-    return [told[it.name.upper()] for it in wanted]
+    left = [await _no_number(body, memory.name) for memory in wanted if memory.value is None]
+    held = await write(body, [(memory.name, memory.value) for memory in wanted if memory.value is not None])
+    told = {memory.name: memory for memory in (*left, *held)}
+    return [told[memory.name.upper()] for memory in wanted]
 
 
 async def _no_number(body: Body, name: str) -> Memory:

@@ -64,7 +64,7 @@ OVERDUE_S = 2.0
 STOPPING_S = 0.5
 """A question that waits for the stops of others is asked anew after this time."""
 SHARE_OF_OVERDUE = 4
-"""After a question that went before clients, clients have this many times as long."""
+"""Multiple of the time of a question that went before clients, for which clients go first afterwards."""
 CAUSES: Final = {
     "cw_limit": "ran into its cw limit sensor",
     "ccw_limit": "ran into its ccw limit sensor",
@@ -72,7 +72,7 @@ CAUSES: Final = {
     "stall": "stalled",
     "stop_command": "was stopped by a stop command that the gateway has not sent",
 }
-"""How a move ended that did not come where it should, by what its controller says (RC-420 manual 9MD)."""
+"""Ends of a move that missed its target, in words, by the cause of its controller (RC-420 manual 9MD)."""
 _END_CAUSE: Final = GetEndCause()
 
 _POWER: Final = {True: Power.KEPT, None: Power.UNPROVED, False: Power.LOST}
@@ -116,7 +116,7 @@ class MoveProof:
     _patience_s: float = OVERDUE_S
     _silence: Silence = field(init=False)
     set_ups: int = field(init=False)
-    """How often the line was set up before the motor was last seen to run, or the move began."""
+    """The line's count of set-ups when the motor was last seen to run, or when the move began."""
 
     def __post_init__(self) -> None:
         line = self.body.line
@@ -127,9 +127,9 @@ class MoveProof:
     # before it is sent
 
     async def know_the_start(self, command: RorzeCommand[Any]) -> None:
-        """Know that the motor rests, where, and where it should come to: the evidence without a reply.
+        """Prove that the motor rests, its place, and its target: the evidence if no reply comes.
 
-        What the motion needs of the controller's memory is proved last, right before it is sent.
+        The parts of the controller's memory that the motion needs are proved last, right before it is sent.
 
         :raises BodyBusy: it moves; what it does later would prove nothing of this move.
         :raises NotSent: it did not tell.
@@ -201,7 +201,7 @@ class MoveProof:
     # while it may run
 
     async def running(self) -> MotorState | None:
-        """Ask for the motor's state while the move is under way; None when nobody knows any more."""
+        """Ask for the motor's state while the move is under way; None when it cannot be told any more."""
         return await self._state(lambda state: state.runs or self._ended_as_asked(state))
 
     async def _state(self, plausible: Callable[[MotorState], bool]) -> MotorState | None:
@@ -339,7 +339,7 @@ class MoveProof:
         return self._doubled
 
     async def without_reply(self, error: NoReply) -> Verdict | None:
-        """Nobody knows whether the command was executed: let the motor tell; None where the move runs on."""
+        """Let the motor tell whether the command was executed, as no reply did; None if the move runs on."""
         state = await self._state(lambda _: False)
         if state is None:
             return self.given_up(error)
@@ -494,7 +494,7 @@ class MoveProof:
             self.move.homing_distance = told.pulses
 
     def given_up(self, error: GatewayError | None = None) -> Verdict:
-        """The verdict on a move whose end nobody could see; `error` where nobody knows if it was begun."""
+        """The verdict on a move whose end was not seen; `error` where it is unknown if it was begun."""
         move, stopped_at, half = self.move, self.body.motion.stopped_at, self._half
         heard, place = Heard.NOTHING, move.position
         if stopped_at is not None:
@@ -562,7 +562,7 @@ class MoveProof:
         return doubted
 
     def _not_known(self, why: str) -> None:
-        """Nothing goes to a place before somebody knows where it stands."""
+        """Forbid motions to places until the body's place is known again."""
         self._note(f"It seems to have lost its power, so its place is not known: {why}.")
         self.body.power.lost(certain=False, why=why)
 

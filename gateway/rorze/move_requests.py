@@ -176,7 +176,7 @@ _TURNS: Final[dict[str, Turn]] = {"+": "cw", "-": "ccw", "cw": "cw", "ccw": "ccw
 
 
 class BodyJogRequest(RequestModel, json_schema_extra=example(direction="cw")):
-    """Which way to jog, how fast, and how far at most."""
+    """The direction of a jog, its speed and its longest way."""
 
     direction: Literal["cw", "ccw", "+", "-"] = Field(description="+ is cw, - is ccw.")
     speed: Speed = Field(default="low", description="`low` runs at the start speed, without ramps.")
@@ -199,13 +199,13 @@ class BodyJogRequest(RequestModel, json_schema_extra=example(direction="cw")):
 class BodyJog(Jog):
     """A body that jogs, or has jogged."""
 
-    id: str = Field(description="Of the jog, and of the move it makes.")
+    id: str = Field(description="Id of the jog, and of the move it makes.")
     body_id: str
     direction: Turn
     speed: Speed
-    distance: int = Field(description="So far it goes at most, in pulses; encoder counts in encoder mode.")
+    distance: int = Field(description="Longest way in pulses; encoder counts in encoder mode.")
     _bound: str = PrivateAttr("")
-    """Where it ends if it comes as far as it may."""
+    """Name of the limit at which the jog ends if it comes that far."""
 
 
 class SpeedIncrease(RequestModel, json_schema_extra=example(mode="accelerate")):
@@ -232,7 +232,7 @@ class SpeedSetting(RequestModel, json_schema_extra=example(mode="change", speed=
     """Change to a speed: command 5CS."""
 
     mode: Literal["change"]
-    speed: int = Field(ge=1, le=1_000_000, description="In pulses per second.")
+    speed: int = Field(ge=1, le=1_000_000, description="Speed in pulses per second.")
 
     def command(self) -> RorzeCommand[Any]:
         """The controller's command for it."""

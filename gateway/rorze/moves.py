@@ -137,7 +137,7 @@ def _outdated(why: str) -> PreparationOutdated:
 
 
 SET_UP_AGAIN_S = 60.0
-"""Where ends of moves are not announced, the link master is told to do so no more often than this."""
+"""Least seconds between requests to the link master to announce ends of moves, where it does not."""
 WATCHED_S = 2.0
 """A body that is watched is asked alone this often."""
 
@@ -245,7 +245,7 @@ class Moves(MoveRuns[Body, Move]):
             results = await self._send(run, start_within_s)
         except GatewayError as error:
             results = {proof.body: error for proof in run.proofs}
-        for proof in sorted(run.proofs, key=lambda it: isinstance(results[it.body], ControllerRefused)):
+        for proof in sorted(run.proofs, key=lambda proof: isinstance(results[proof.body], ControllerRefused)):
             result = results[proof.body]
             if isinstance(result, ControllerRefused):  # last, for it is looked into
                 results[proof.body] = result = await proof.contradicted(result) or result
@@ -432,9 +432,11 @@ class _MoveRun:
     answered: Beginning = field(default_factory=lambda: asyncio.get_running_loop().create_future())
 
     def answer(self, results: _Results) -> None:
-        """Answer the caller: an error if a single body did not take the command, or it was sent to nobody."""
+        """Answer the caller: an error if a single body did not take the command, or if no body got it."""
         errors = [
-            it for it in results.values() if isinstance(it, GatewayError) and not isinstance(it, NoReply)
+            result
+            for result in results.values()
+            if isinstance(result, GatewayError) and not isinstance(result, NoReply)
         ]
         alone = isinstance(self.target, Body)
         nobody = all(proof.move.sent_at is None for proof in self.proofs)

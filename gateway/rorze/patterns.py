@@ -31,7 +31,7 @@ POINTS: Final = range(16)
 """The speed changes that a pattern may have (SES)."""
 NOT_READABLE: Final = "not readable"
 _UNREADABLE: Final = {f"0x{code:02X}": NOT_READABLE for code in (*range(0x40, 0x49), 0x65)}
-"""Its speed sets are not complete, or the changes do not suit them."""
+"""Refusals of a pattern whose speed sets are not complete, or whose changes do not suit them."""
 
 
 AnySet = Annotated[int, Field(ge=0, le=STANDARD)]
@@ -80,7 +80,7 @@ class SpeedChangeRequest(SentBack):
 
 def _each_once(changes: list[SpeedChangeRequest]) -> list[SpeedChangeRequest]:
     """Refuse two changes at one point."""
-    if len({it.point for it in changes}) < len(changes):
+    if len({change.point for change in changes}) < len(changes):
         raise ValueError("each point may be given once")
     return changes
 
@@ -102,14 +102,14 @@ class PatternSentBack(SentBack):
     @property
     def told(self) -> dict[str, Any]:
         """With what cannot be set of its changes, by their points."""
-        return super().told | {str(it.point): it.told for it in self.changes or () if it.told}
+        return super().told | {str(change.point): change.told for change in self.changes or () if change.told}
 
     def require_unchanged(self, present: BaseModel) -> None:
         """Refuse what cannot be set and is otherwise; errors as of `require_same`."""
         super().require_unchanged(present)
-        points = {it.point: it for it in getattr(present, "changes", None) or ()}
-        for it in self.changes or ():
-            require_same(it.told, points.get(it.point), f"changes.{it.point}.")
+        points = {change.point: change for change in getattr(present, "changes", None) or ()}
+        for wanted in self.changes or ():
+            require_same(wanted.told, points.get(wanted.point), f"changes.{wanted.point}.")
 
 
 class PatternValues(
@@ -139,7 +139,9 @@ class SpeedChangeInfo(BaseModel):
     begin: int = Field(description="Pulses after the start at which it begins.")
     end: int = Field(description="Pulses after the start at which it is done.")
     speed_pps: int
-    begin_in_unit: Scaled | None = Field(description="In the body's unit; null without a scale.")
+    begin_in_unit: Scaled | None = Field(
+        description="Begin of the change in the body's unit; null without a scale."
+    )
     end_in_unit: Scaled | None
     speed: Scaled | None
 
@@ -158,32 +160,35 @@ class Pattern(BaseModel):
     number: int = Field(
         description="0-29, or 30: the standard one, which is made of set 30 and has no changes."
     )
-    acceleration_set: int | None = Field(description="Null where the pattern was never set.")
+    acceleration_set: int | None = Field(
+        description="Number of the speed set for acceleration; null where the pattern was never set."
+    )
     deceleration_set: int | None
     changes: list[SpeedChangeInfo] | None = Field(
         description="Kept in RAM only; null where the body cannot work them out: its speed sets are not "
         "complete, or the changes do not suit them."
     )
-    flash: PatternSets | None = Field(description="What flash memory holds; null where that is not known.")
+    flash: PatternSets | None = Field(description="Sets in flash memory; null where that is not known.")
 
 
 class ChangedPattern(Pattern):
     """A pattern as it was read back after a change."""
 
-    steps: list[ChangeStep] = Field(description="What the change took, in order.")
+    steps: list[ChangeStep] = Field(description="Steps of the change, in order.")
 
 
 class PatternList(BaseModel):
     """Acceleration patterns of a body."""
 
     body_id: str
-    patterns: list[Pattern] = Field(description="In the order of their numbers.")
+    patterns: list[Pattern] = Field(description="Patterns in the order of their numbers.")
 
 
 def _point_item(number: int, point: int) -> Item:
     place = {"pattern": number, "point": point}
     codec = SettingCodec(
-        _change_in, lambda it: {"speed": it["speed_pps"], "begin": it.get("begin"), "end": it.get("end")}
+        _change_in,
+        lambda change: {"speed": change["speed_pps"], "begin": change.get("begin"), "end": change.get("end")},
     )
     return Item(f"changes.{point}", GetSpeedChange(**place), SetSpeedChange, codec, place, _UNREADABLE)
 
@@ -283,7 +288,7 @@ def _sets_of(present: Pattern, wanted: PatternValues | PatternChange) -> dict[st
     :raises InvalidRequest: it has none, and one of them is not named.
     """
     named = {name: getattr(wanted, name) for name in PatternSets.model_fields}
-    sets = {name: getattr(present, name) if it is None else it for name, it in named.items()}
+    sets = {name: getattr(present, name) if number is None else number for name, number in named.items()}
     if None in sets.values():
         raise InvalidRequest(
             f"Pattern {present.number} was never set; only questions were sent.",
@@ -300,7 +305,7 @@ async def _require_fit(body: Body, sets: Mapping[str, int], changes: Sequence[Sp
     try:
         up = await parameters_of(body, sets["acceleration_set"])
         down = await parameters_of(body, sets["deceleration_set"])
-        resolve_changes(up, down, [it.planned() for it in sorted(changes, key=attrgetter("point"))])
+        resolve_changes(up, down, [change.planned() for change in sorted(changes, key=attrgetter("point"))])
     except ProfileError as error:
         raise InvalidRequest(
             f"Moves with this pattern would be refused: {error} Only questions were sent."
@@ -313,13 +318,13 @@ def _wanted(
     yield sets_item(present.number), sets
     if changes is None:
         return
-    points = {it.point for it in changes}
-    there = POINTS if present.changes is None else [it.point for it in present.changes]
+    points = {change.point for change in changes}
+    there = POINTS if present.changes is None else [change.point for change in present.changes]
     surplus = [point for point in there if point not in points or present.changes is None]
     if surplus:
         yield _clearing_item(present.number, surplus[0]), None
-    for it in sorted(changes, key=attrgetter("point")):
-        yield _point_item(present.number, it.point), it.place()
+    for wanted in sorted(changes, key=attrgetter("point")):
+        yield _point_item(present.number, wanted.point), wanted.place()
 
 
 @ROWS.get("/bodies/{body_id}/patterns")

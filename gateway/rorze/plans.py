@@ -102,7 +102,8 @@ def slow_pattern_of(bodies: Sequence[Body]) -> int:
     :raises InvalidRequest: they have different ones, and get one command.
     """
     first, *others = [
-        SLOW_PATTERN if it.configured.slow_pattern is None else it.configured.slow_pattern for it in bodies
+        SLOW_PATTERN if body.configured.slow_pattern is None else body.configured.slow_pattern
+        for body in bodies
     ]
     if any(number != first for number in others):
         raise InvalidRequest(
@@ -151,7 +152,7 @@ async def standard_of(body: Body) -> SpeedParameters:
 async def limited(target: Body | Group, wish: Wish) -> AsyncIterator[int]:
     """Write a speed, and keep others from writing another one until the move has started; gives its pattern.
 
-    :raises InvalidRequest: as of the wish, or somebody uses the pattern; nothing was changed.
+    :raises InvalidRequest: as of the wish, or a move uses the pattern; nothing was changed.
     :raises BodyBusy: a body moves, or the group is being defined anew; nothing was sent.
     :raises StoppedFirst: a stop came meanwhile; the move must not start.
     :raises GatewayError: it was not written.
@@ -160,11 +161,13 @@ async def limited(target: Body | Group, wish: Wish) -> AsyncIterator[int]:
     number, gate = slow_pattern_of(bodies), target.line.gate
     epoch = gate.epoch(target.number)
     async with AsyncExitStack() as stack:
-        for body in sorted(bodies, key=lambda it: it.number):  # in one order: two groups may share members
+        for body in sorted(
+            bodies, key=lambda each: each.number
+        ):  # in one order: two groups may share members
             await stack.enter_async_context(body.own_speed.lock)
         idle_bodies_of(target)  # another wish may have begun meanwhile
         wanted = await wish(bodies)
-        await asyncio.gather(*(_write(*it, number) for it in zip(bodies, wanted, strict=True)))
+        await asyncio.gather(*(_write(*order, number) for order in zip(bodies, wanted, strict=True)))
         if gate.epoch(target.number) != epoch:
             raise gate.overtaken(target.number)
         yield number
@@ -212,8 +215,8 @@ async def _may_be_own(body: Body, found: Sequence[int]) -> bool:
     """
     if body.own_speed.written is not None and tuple(found) == astuple(body.own_speed.written):
         return True
-    standards = await asyncio.gather(*(standard_of(it) for it in {body, *body.own_speed.companions}))
-    ramps = {(it.acceleration, it.rising, it.falling) for it in standards}
+    standards = await asyncio.gather(*(standard_of(member) for member in {body, *body.own_speed.companions}))
+    ramps = {(standard.acceleration, standard.rising, standard.falling) for standard in standards}
     return tuple(found[2:]) in ramps and found[0] <= found[1]
 
 
@@ -224,7 +227,7 @@ def _in_use(body: Body, number: int) -> InvalidRequest:
 SPEED_CHANGES = 16
 """Points a pattern may have (SES)."""
 _SLOW = MoveClockwiseSlowly, MoveCounterclockwiseSlowly, MoveToSlowly
-"""They run at the start speed (RC-420 manual 13.2)."""
+"""Moves that run at the start speed (RC-420 manual 13.2)."""
 
 
 class PlannedMove(Record):
@@ -232,12 +235,16 @@ class PlannedMove(Record):
 
     body_id: str
     frame: str = Field(description="The exact bytes that would be sent, CR as \\r.")
-    counted_in: CountedIn | None = Field(description="What the target's position is counted in.")
+    counted_in: CountedIn | None = Field(description="Unit of the target's position.")
     distance: int | None = Field(
         description="Pulses it would emit; null where only the motion itself can tell."
     )
-    target_position: int | None = Field(description="In `counted_in`, where it can be known beforehand.")
-    duration_s: float | None = Field(description="How long pulses would run, with the settings of now.")
+    target_position: int | None = Field(
+        description="Target in `counted_in`, where it can be known beforehand."
+    )
+    duration_s: float | None = Field(
+        description="Seconds for which pulses would run, with the present settings."
+    )
     note: str | None = Field(None, description="Why something is not known, or would be refused.")
 
 
@@ -426,7 +433,7 @@ async def trajectory_of(
 
 
 async def pulses_per_count(body: Body) -> float:
-    """How many pulses are put out for one of what the operating mode counts: encoder mode counts its steps.
+    """The pulses that are put out for one unit of the operating mode, which may be an encoder count.
 
     :raises GatewayError: it was not read.
     """
@@ -477,7 +484,9 @@ async def _speed_changes(body: Body, pattern: int | None) -> list[SpeedChange]:
         (await body.ask(GetSpeedChange(pattern=pattern, point=point)))[0] for point in range(SPEED_CHANGES)
     ]
     return [
-        SpeedChange("F", it.begin, it.speed) for it in points if it.begin is not None and it.speed is not None
+        SpeedChange("F", point.begin, point.speed)
+        for point in points
+        if point.begin is not None and point.speed is not None
     ]
 
 

@@ -35,7 +35,7 @@ class WantedPosition(NamedTuple):
 
     number: int
     pulses: int | None
-    """None: where the motor stands."""
+    """Pulses to store; None: where the motor stands."""
 
 
 class NamedPosition(Record):
@@ -44,7 +44,7 @@ class NamedPosition(Record):
     number: int
     name: str | None
     pulses: int = Field(description="Encoder counts in encoder mode.")
-    value: float | None = Field(description="The same in `unit`; null without a scale.")
+    value: float | None = Field(description="Position in `unit`; null without a scale.")
     unit: str | None
 
 
@@ -84,7 +84,7 @@ async def read(body: Body, first: int, last: int) -> list[TablePosition]:
     :raises InvalidRequest: the last is before the first.
     :raises GatewayError: they were not read.
     """
-    return [it async for it in _in_order(body, first, last)]
+    return [position async for position in _in_order(body, first, last)]
 
 
 def _in_order(body: Body, first: int, last: int) -> AsyncGenerator[TablePosition, None]:
@@ -122,8 +122,8 @@ class PositionReadings(Readings[PositionReading]):
 
         async def collect(progress: ProgressListener) -> None:
             positions = []
-            async for it in found:
-                positions.append(named(it))
+            async for position in found:
+                positions.append(named(position))
                 progress.has_read()
             record.positions = positions
 
@@ -139,7 +139,8 @@ async def store(
 ) -> list[TablePosition]:
     """Store positions (3PS), read them back, and write the whole table to flash memory (FPS) if asked.
 
-    What differs is sent again: no checksum tells a garbled digit. `answered` is called for each answer.
+    An entry that reads otherwise is sent again: no checksum tells a garbled digit. `answered` is called for
+    each answer.
 
     :raises InvalidRequest: a number comes twice, or does not exist; nothing was sent.
     :raises BodyBusy: it moves, and is to store where it stands; nothing was sent.
@@ -148,33 +149,33 @@ async def store(
     :raises GatewayError: nothing was sent, or it was not read back, or not written to flash memory.
     """
     check(wanted)
-    if any(it.pulses is None for it in wanted) and (await body.where_it_rests()).runs:
+    if any(position.pulses is None for position in wanted) and (await body.where_it_rests()).runs:
         raise BodyBusy(f"{body.address} moves; nothing was sent.", "Wait for standstill.")
     held: dict[int, TablePosition] = {}
     left = list(wanted)
     for _ in range(TRIES):
         await _send(body, left, len(wanted), answered)
-        async for it in closely(read_one(body, it.number) for it in left):
-            held[it.number] = it
+        async for position in closely(read_one(body, position.number) for position in left):
+            held[position.number] = position
             answered()
-        left = [it for it in left if it.pulses not in (None, held[it.number].pulses)]
+        left = [position for position in left if position.pulses not in (None, held[position.number].pulses)]
         if not left:
             break
     else:
-        numbers = ", ".join(str(it.number) for it in left)
+        numbers = ", ".join(str(position.number) for position in left)
         raise PositionsDiffer(
             f"{body.address} was sent {len(wanted)} positions, and holds others under the numbers {numbers}.",
             "Store them again.",
         )
     if flash:
         await body.ask(SavePositions())
-    return [held[it.number] for it in wanted]
+    return [held[position.number] for position in wanted]
 
 
 async def _send(body: Body, wanted: Sequence[WantedPosition], of: int, answered: Callable[[], None]) -> None:
-    for sent, it in enumerate(wanted):
+    for sent, position in enumerate(wanted):
         try:
-            await _set(body, it)
+            await _set(body, position)
         except GatewayError as error:
             if sent:
                 raise StoringBrokenOff(body.address, sent, of, error) from error
@@ -225,9 +226,10 @@ class TableUpload(Reading):
     """Positions that are being stored in a body, or were: all are sent, then all are read back."""
 
     count: int = Field(description="The number of positions it has.")
-    flash: bool = Field(description="Whether the whole table is to be written to flash memory, too (FPS).")
+    flash: bool = Field(description="True if the whole table is to be written to flash memory, too (FPS).")
     positions: list[NamedPosition] | None = Field(
-        None, description="As read back, once it has succeeded. Events leave them out: ask for the record."
+        None,
+        description="Positions as read back, once all are stored. Events leave them out: ask for the record.",
     )
 
 

@@ -25,13 +25,13 @@ MARK_POLL_S = 30.0
 PROMPT_SHARE = 0.3
 """Share of the time of a line of few bodies, whose loss of power is told within two seconds."""
 PRESENCE, POLLS, MARKS = 0.45, 0.3, 0.2
-"""How the share of health is divided among presence, polls, and marks; the rest is for what is asked anew."""
+"""Shares of presence, polls, and marks in the share of health; the rest is for what is asked anew."""
 STATUS_BYTES, POLL_BYTES, MARK_BYTES = 18, 43, 30
 """Bytes of 9CD, of 9CD and 6PD, and of 9VD, with their replies."""
 MARK_EXCHANGES = 3
 """The comment is read, written, and read back."""
 ATTENDED_AT_A_TIME = 2
-"""Bodies of a crowded line attended at a time: whoever follows a motor takes turns with few."""
+"""Bodies of a crowded line attended at a time: a caller that follows a motor takes turns with few."""
 CALLED_FOR_SHARE = 0.05
 """Share of the line's time for looks that something has called for and that go among clients' reads."""
 LEARN_SHARE = 0.38
@@ -39,47 +39,47 @@ LEARN_SHARE = 0.38
 GROUP_BYTES, MEMBER_BYTES = 16, 8
 """Bytes of 9CD or URD to a group and its reply, and for each member in it, at most."""
 TURNAROUND_S = 0.003
-"""From a question to its reply, besides the bytes: an assumption."""
+"""Seconds from a question to its reply, besides the bytes: an assumption."""
 SLOWEST_BYTE_S = 10 / 9600
 """A port that does not tell its speed may lead to a line of 9600 baud."""
 FOLLOW_SHARE = 0.7
 """Share of the line's time for polls of moving bodies."""
 END_SEEN_S = 1.0
-"""Where these polls would be further apart, moving bodies are asked for their status only."""
+"""Seconds between polls of moving bodies beyond which they are asked for their status only."""
 CROWD_POLL_S = 0.8
 CROWD_SHARE = 0.9
 """Then they are asked this often, or as often as a share of the line's time allows: clients go first."""
 
 
 def wire_s(line: Line, wire_bytes: int, exchanges: int = 1) -> float:
-    """How long so many bytes, of questions and replies, take on a line."""
+    """The time in seconds that the bytes of questions and replies take on a line."""
     return wire_bytes * (line.byte_time_s or SLOWEST_BYTE_S) + exchanges * TURNAROUND_S
 
 
 def taken_s(line: Line, wire_bytes: int, exchanges: int = 1) -> float:
-    """How long so many bytes take with the replies as late as they are: a busy machine reads them late."""
+    """The time in seconds of exchanges with the measured delay of replies: a busy machine reads them late."""
     late_s = max(line.turnaround_s - TURNAROUND_S, 0.0)
     return wire_s(line, wire_bytes, exchanges) + exchanges * late_s
 
 
 def poll_s(line: Line) -> float:
-    """How long a poll takes; a move that has just begun may be over by then, and nobody has to ask twice."""
+    """The time in seconds of a poll; a move that has just begun may be over by then, and one poll tells."""
     return taken_s(line, POLL_BYTES, exchanges=2)
 
 
 def status_s(line: Line) -> float:
-    """How long the question for the status takes."""
+    """The time in seconds of the question for the status."""
     return taken_s(line, STATUS_BYTES)
 
 
 def mark_s(line: Line, *, written: bool) -> float:
-    """How long it takes to read a mark, or to write one where there is none."""
+    """The time in seconds to read a mark, or to write one where there is none."""
     exchanges = 1 if written else MARK_EXCHANGES
     return taken_s(line, exchanges * MARK_BYTES, exchanges)
 
 
 def group_s(line: Line, members: int) -> float:
-    """How long the question for the status takes, to a group of so many."""
+    """The time in seconds of the question for the status to a group."""
     return taken_s(line, GROUP_BYTES + members * MEMBER_BYTES)
 
 
@@ -139,7 +139,7 @@ class Health:
             yield
 
     def next_moment(self, now: float, takes_s: float) -> float:
-        """When to ask something anew that takes so long: half of the line is left to others."""
+        """The time of the next question that takes `takes_s` seconds: half of the line is left to others."""
         return self._learning.next(now, takes_s)
 
     def next_status(self, now: float) -> float:
@@ -147,7 +147,7 @@ class Health:
         return self._presence.next(now + IDLE_POLL_S, status_s(self.line))
 
     def next_of_group(self, now: float, members: int, groups: int) -> float:
-        """When to ask one of so many groups, of so many members, whether they are there."""
+        """The time of the next question to one of `groups` groups with `members` bodies each."""
         soonest = now + (HEALTH_POLL_S / groups if is_prompt(self.line) else IDLE_POLL_S)
         return self._presence.next(soonest, group_s(self.line, members))
 
@@ -170,7 +170,7 @@ class Health:
 
 
 def follow_s(line: Line) -> float:
-    """How far apart the questions to a body that has a move are, at the least."""
+    """The least seconds between questions to a body that has a move."""
     if not is_crowded(line):
         return line.followed * wire_s(line, POLL_BYTES, 2) / FOLLOW_SHARE
     return max(CROWD_POLL_S, line.followed * wire_s(line, STATUS_BYTES) / CROWD_SHARE)
@@ -230,7 +230,7 @@ class Sweep:
     @property
     def groups(self) -> list[Group]:
         """All groups of the line: its own first, for they share out all bodies, then large ones."""
-        return [*self.own, *sorted(self._declared(), key=lambda it: len(it.members), reverse=True)]
+        return [*self.own, *sorted(self._declared(), key=lambda group: len(group.members), reverse=True)]
 
     def relies_on(self, group: Group) -> bool:
         """True if its number reaches its members, as far as is known."""
@@ -288,7 +288,7 @@ class Sweep:
         group = groups.get(body)
         if group is None:
             return None
-        wanted = sum(it.online and groups.get(it) is group for it in company)
+        wanted = sum(body.online and groups.get(body) is group for body in company)
         return group if wanted >= max(2, WORTH * len(group.members)) else None
 
     async def ask(

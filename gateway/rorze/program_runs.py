@@ -36,7 +36,7 @@ POWER_ON_ADDRESS = 0
 """An assumption: where a controller says that its program is (UND) when it has been switched on."""
 
 RUNS_ALREADY = "0x5A"
-"""How a start is refused while a program runs (RC-420 manual 21)."""
+"""Refusal of a start while a program runs (RC-420 manual 21)."""
 
 END_CAUSES = {
     0x02: "stopped",
@@ -55,16 +55,16 @@ class ProgramRun(Record):
     id: str
     body_id: str
     status: Literal["running", "ended", "unknown"] = "running"
-    label: str | None = Field(description="Where it began, if at a label.")
-    address: int | None = Field(description="Where it began, if at an address.")
-    single_step: bool = Field(description="Whether only one instruction is executed.")
+    label: str | None = Field(description="Label at which the program began, if at one.")
+    address: int | None = Field(description="Address at which the program began, if at one.")
+    single_step: bool = Field(description="True if only one instruction is executed.")
     end_cause: str | None = Field(
         None,
         description="normal, stopped (by UES), command_error, nothing_there (a branch to an empty address), "
         "error_end (by EED), move_while_moving or single_step, or several joined by +.",
     )
     ended_at_address: int | None = None
-    detail: str | None = Field(None, description="Why nobody knows how it has ended.")
+    detail: str | None = Field(None, description="Reason for which its end is unknown.")
     request_id: str | None = request_id_field()
     started_at: datetime
     ended_at: datetime | None = None
@@ -81,15 +81,19 @@ class ProgramState(Record):
     body_id: str
     running: bool
     end_cause: str | None = Field(
-        description="Of the last program; null while one runs, and where the end of `run` is unknown."
+        description="End cause of the last program; null while one runs, and if the end of `run` is unknown."
     )
     address: int = Field(description="The address it is at, or has ended at (UND).")
     line: int = Field(description="The line of that address in the program's text, from 1.")
-    instruction: str | None = Field(description="What stands there; null where nothing does.")
+    instruction: str | None = Field(description="Instruction at that address; null where there is none.")
     elapsed_s: float | None = Field(
-        description="How long `run` takes, or took; null without one, or where another program runs."
+        description=(
+            "Duration of `run` in seconds, so far or in all; null without one, or where another program runs."
+        )
     )
-    run: ProgramRun | None = Field(description="Null where the gateway has started none.")
+    run: ProgramRun | None = Field(
+        description="Last run that the gateway has started; null where it has started none."
+    )
 
 
 def cause_of(status: int) -> str | None:
@@ -110,7 +114,7 @@ class ProgramRuns(DurableJobs[ProgramRun]):
         find_body: Callable[[str], Body],
         endless: EndlessPrograms,
     ) -> None:
-        super().__init__(HISTORY, "program run", lambda it: it.body_id, publish)
+        super().__init__(HISTORY, "program run", lambda run: run.body_id, publish)
         self._find_body = find_body
         self._endless = endless
         self._before: dict[str, PowerSeen] = {}
@@ -124,7 +128,7 @@ class ProgramRuns(DurableJobs[ProgramRun]):
         :raises Cancelled: a stop came first; it was not sent.
         :raises InvalidText: the program has a move without an end, and the configuration allows none.
         :raises ControllerRefused: nothing stands at that place.
-        :raises GatewayError: it was not started, or nobody knows.
+        :raises GatewayError: it was not started, or may or may not have been.
         """
         body.line.require_fit()
         if body.move is not None:
@@ -282,7 +286,7 @@ class ProgramRuns(DurableJobs[ProgramRun]):
         self.tell("ended", run)
 
     def note_cut_off(self, run: ProgramRun, why: CutOff, /) -> None:
-        """Follow on what runs without the gateway; of a body that is not there any more nobody knows."""
+        """Follow a run that goes on without the gateway; if its body has gone, its end is unknown."""
         try:
             body = self._find_body(run.body_id)
         except NotFound:

@@ -45,7 +45,7 @@ BLOCK = 2
 At 9600 baud, with a fence before each, that takes 0.1 s.
 """
 WRITTEN_DOWN = 16
-"""The intents of so many instructions are written down at once: a disk for each would let the line rest."""
+"""Instructions whose intents are written down at once: a disk write for each would let the line rest."""
 ATTEMPTS = 3
 """Attempts to send an instruction that is proved not to be stored; a refused one may have been garbled."""
 PROGRESS_S = 1.0
@@ -58,13 +58,13 @@ KEPT_OUT = (ClearProgram, AddProgramInstruction, LoadProgram, SaveProgram, Erase
 FLASH_AS_IT_WAS = "Flash memory is as it was."
 
 UNSURE = (BodyOffline, NoReply, ControllerRefused, ProgramDiffers, SaveUncertain)
-"""After these the last instruction may be stored or not, or a late copy of one be added: a refusal may be
-that of a garbled question, and a line that loses replies doubles requests, too."""
+"""Errors after which the last instruction may be stored or not, or a late copy of one be added: a refusal may
+be that of a garbled question, and a line that loses replies doubles requests, too."""
 
 POWER_LOST = (
     "RAM holds what flash memory held, and perhaps some of the instructions. Flash memory is as it was."
 )
-"""After a loss of power in an upload: the program is loaded, and UWS appends (RC-420 manual 14.U)."""
+"""Outcome of a loss of power in an upload: the program is loaded, and UWS appends (RC-420 manual 14.U)."""
 
 Status = Literal["running", "succeeded", "failed", "cancelled"]
 Phase = Literal["clearing", "writing", "verifying", "saving", "done"]
@@ -91,14 +91,14 @@ class ProgramUpload(Record):
     id: str
     body_id: str
     status: Status = "running"
-    phase: Phase = Field("clearing", description="How far it has come, or had when it was broken off.")
-    instructions: int = Field(description="How many the program has.")
+    phase: Phase = Field("clearing", description="Phase of the upload now, or when it was broken off.")
+    instructions: int = Field(description="Number of instructions of the program.")
     steps: int = Field(description="The room they take, of 6039 steps.")
     written: int = Field(0, description="Instructions that the controller has taken.")
     verified: int = Field(0, description="Instructions that were read back and are those of the source.")
-    flash: bool = Field(description="Whether the program is to be written to flash memory, too.")
-    saved: bool = Field(False, description="Whether it was written to flash memory.")
-    stored: str = Field("", description="What the body holds now, as far as is known.")
+    flash: bool = Field(description="True if the program is to be written to flash memory, too.")
+    saved: bool = Field(False, description="True if it was written to flash memory.")
+    stored: str = Field("", description="Contents of the body now, as far as is known.")
     error: UploadError | None = None
     request_id: str | None = request_id_field()
     started_at: datetime
@@ -121,7 +121,7 @@ class _Work:
     """Stop epoch of the body at its beginning: a stop ends it."""
     series: Series | None = None
     unwanted: bool = False
-    """Somebody has asked to cancel it."""
+    """True if a caller has asked to cancel it."""
     unsure: bool = False
     """An instruction was sent, and no reply has told yet whether it is there."""
     told_at: float = field(default_factory=lambda: asyncio.get_running_loop().time())
@@ -146,7 +146,7 @@ class ProgramUploads(DurableJobs[ProgramUpload]):
     record_type = ProgramUpload
 
     def __init__(self, publish: Callable[[str, ProgramUpload], None], endless: EndlessPrograms) -> None:
-        super().__init__(HISTORY, "program upload", lambda it: it.body_id, publish)
+        super().__init__(HISTORY, "program upload", lambda upload: upload.body_id, publish)
         self._endless = endless
         self._current: dict[Body, _Work] = {}
 
@@ -209,7 +209,7 @@ class ProgramUploads(DurableJobs[ProgramUpload]):
 
         :raises NotFound: there is none.
         """
-        work = next((it for it in self._current.values() if it.body.address == address), None)
+        work = next((upload for upload in self._current.values() if upload.body.address == address), None)
         if work is None:
             raise NotFound(f"No program is being uploaded to {address}.")
         work.unwanted = True
@@ -374,7 +374,7 @@ async def _add(work: _Work, address: int, text: str) -> None:
 
 
 async def _told(question: Awaitable[T], lost: GatewayError) -> T:
-    """Ask what has become of a command; where nobody tells, the loss of its reply is what counts."""
+    """Ask for the outcome of a command; without an answer, the error is the loss of its reply."""
     try:
         return await question
     except GatewayError:

@@ -28,11 +28,13 @@ _WHY_NONE: Final[Mapping[MoveKind, str]] = {
 class BodySample(Record):
     """Where a motor stood."""
 
-    time: datetime = Field(description="When the controller's answer came.")
+    time: datetime = Field(description="Time of the controller's answer.")
     time_s: float = Field(description="Seconds since the move's command was written.")
     pulses: int
-    value: float | None = Field(description="The same in `unit`; null without a scale.")
-    planned_pulses: float | None = Field(description="Where the plan has it then; null without a plan.")
+    value: float | None = Field(description="Position in `unit`; null without a scale.")
+    planned_pulses: float | None = Field(
+        description="Planned place in pulses at this time; null without a plan."
+    )
 
 
 class PlannedPoint(Record):
@@ -51,7 +53,7 @@ class BodySamples(Record):
     unit: str | None
     pulses_per_unit: float | None = Field(description="The body's scale; null without one.")
     planned_s: float | None = Field(
-        description="How long the plan has pulses run; null without a plan or an end."
+        description="Seconds for which pulses run in the plan; null without a plan or an end."
     )
     plan: list[PlannedPoint] | None = Field(
         description="Evenly spread, and where a part of the curve begins."
@@ -72,9 +74,9 @@ class BodyTrajectory(Trajectory[int]):
         """Works out the plan of an axis that goes along a path with others."""
 
     async def plan(self) -> Planned | str:
-        """Work out the plan by the settings that the move was made with, or say why there is none.
+        """Calculate the plan by the settings that the move was made with, or say why there is none.
 
-        They are read when somebody first asks: no move waits for its plan.
+        They are read at the first request: no move waits for its plan.
         """
         if self._plan is None:
             try:

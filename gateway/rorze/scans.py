@@ -28,7 +28,7 @@ class FoundBody(Record):
     """A body that answered."""
 
     body_id: str
-    configured: bool = Field(description="Whether the configuration knows it.")
+    configured: bool = Field(description="True if the body is in the configuration.")
 
 
 class Scan(Record):
@@ -53,7 +53,7 @@ class Scans(Jobs[Scan]):
     """The scans of all lines; one at a time on each."""
 
     def __init__(self, events: EventHub) -> None:
-        super().__init__(HISTORY, "scan", lambda it: it.line_id)
+        super().__init__(HISTORY, "scan", lambda scan: scan.line_id)
         self._events = events
 
     def start(self, line: Line) -> Scan:
@@ -111,4 +111,4 @@ class Scans(Jobs[Scan]):
                     scan.found.append(
                         FoundBody(body_id=f"{line.id}.{body:02X}", configured=body in line.bodies)
                     )
-        scan.found.sort(key=lambda it: it.body_id)
+        scan.found.sort(key=lambda body: body.body_id)

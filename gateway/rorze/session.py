@@ -262,7 +262,7 @@ class RorzeSession(Session[RorzeExchange, ReplyFrame]):
     def may_follow(self, exchange: RorzeExchange) -> bool:
         """Keep exchanges of equal body and code apart, for replies have no numbers.
 
-        Who may be dead is asked after those who are yet to prove that they stand; its stops go on.
+        A body that may be dead is asked after the bodies that are yet to prove standstill; its stops go on.
         """
         if exchange.lane not in STOPS and self.is_asked_later(exchange.target):
             return False

@@ -45,22 +45,25 @@ class AboutSetting(BaseModel):
     unit: str | None = Field(description="pulse, pps, pps/s, percent, ms, um, pulse/count; null for none.")
     minimum: float | None
     maximum: float | None
-    default: JsonValue = Field(description="What it is when nothing was written to flash memory.")
+    default: JsonValue = Field(description="Value when nothing was written to flash memory.")
 
 
 class BodySettings(BaseModel):
     """The settings of a body."""
 
     body_id: str
-    version: str = Field(description="Of the control software (9VD).")
-    settings: Settings = Field(description="In RAM: those in force.")
+    version: str = Field(description="Version of the control software (9VD).")
+    settings: Settings = Field(description="Settings in RAM: those in force.")
     in_unit: dict[str, Scaled] = Field(
-        description="Those in pulses, in the body's unit, by their names; empty without a scale."
+        description="Settings in pulses, in the body's unit, by their names; empty without a scale."
     )
     unavailable: dict[str, str] = Field(description="Settings that cannot be read now, and why.")
     flash: Settings | None = Field(
-        description="In flash memory, as far as is known; null where the gateway has seen neither the power "
-        "come on nor FIS. Position index and outputs change without a command, so they are never told."
+        description=(
+            "Settings in flash memory, as far as is known; null where the gateway has seen neither the "
+            "power come on nor FIS. Position index and outputs change without a command, so they are never "
+            "told."
+        )
     )
     about: dict[str, AboutSetting] = Field(description="Units, ranges, and values of the factory, by name.")
 
@@ -69,8 +72,8 @@ class ChangedSettings(BaseModel):
     """Settings after a change, as they were read back."""
 
     body_id: str
-    settings: Settings = Field(description="Those that were named; the others are left out.")
-    steps: list[ChangeStep] = Field(description="What the change took, in order.")
+    settings: Settings = Field(description="Settings that were named; the others are left out.")
+    steps: list[ChangeStep] = Field(description="Steps of the change, in order.")
 
 
 async def read_settings(body: AskedBody) -> BodySettings:
@@ -82,7 +85,7 @@ async def read_settings(body: AskedBody) -> BodySettings:
     mode = await read(body, SETTINGS[MODE].item)
     unavailable = unavailable_in(mode, SETTINGS)
     values, moving = await read_values(
-        body, {name: it for name, it in SETTINGS.items() if name not in unavailable}
+        body, {name: setting for name, setting in SETTINGS.items() if name not in unavailable}
     )
     return BodySettings(
         body_id=body.address,
@@ -119,7 +122,7 @@ async def change_settings(
         raise BodyBusy(f"{body.address} moves; no setting was changed.", "Wait for standstill.")
     told = await as_expected(body, lambda: document(body), expects)
     steps = await change(body, list(_wanted(named)), flash=flash, told=told)
-    found, _ = await read_values(body, {name: it for name, it in SETTINGS.items() if name in named})
+    found, _ = await read_values(body, {name: setting for name, setting in SETTINGS.items() if name in named})
     return ChangedSettings(body_id=body.address, settings=_document(found), steps=steps)
 
 
@@ -145,7 +148,9 @@ def _about(setting: BodySetting, schema: Mapping[str, Any]) -> AboutSetting:
 
 def unavailable_in(mode: ModeName, settings: Mapping[str, BodySetting]) -> dict[str, str]:
     """Name the settings that an operating mode does not have, and say why."""
-    return {name: _only_in(it) for name, it in settings.items() if _DIGITS[mode] not in it.modes}
+    return {
+        name: _only_in(setting) for name, setting in settings.items() if _DIGITS[mode] not in setting.modes
+    }
 
 
 def _only_in(setting: BodySetting) -> str:
@@ -176,7 +181,7 @@ async def read_values(
                 unavailable[name] = refusal.detail
             else:
                 raise
-    return {name: _nested(it) for name, it in found.items() if name not in unavailable}, unavailable
+    return {name: _nested(values) for name, values in found.items() if name not in unavailable}, unavailable
 
 
 def _rounds(settings: Mapping[str, BodySetting]) -> list[tuple[str, Key]]:
@@ -210,7 +215,7 @@ def _nested(values: Mapping[Key, Any]) -> Any:
 
 def known(values: Mapping[str, Any]) -> dict[str, Any]:
     """Give the values without speeds that were never set, which are told as 0."""
-    return {name: it for name, it in values.items() if name not in SPEEDS or name in SHARES or it}
+    return {name: value for name, value in values.items() if name not in SPEEDS or name in SHARES or value}
 
 
 def _document(values: Mapping[str, Any]) -> Settings:
@@ -254,15 +259,15 @@ async def _without_nulls(body: AskedBody, named: Mapping[str, Any]) -> dict[str,
 
     :raises InvalidRequest: one has a value, which null cannot end; nothing was sent.
     """
-    nulls = {name: SETTINGS[name] for name, it in named.items() if it is None}
-    nulls = {name: it for name, it in nulls.items() if it.default is not None}
+    nulls = {name: SETTINGS[name] for name, value in named.items() if value is None}
+    nulls = {name: setting for name, setting in nulls.items() if setting.default is not None}
     if nulls:
         mode = named.get(MODE) or await read(body, SETTINGS[MODE].item)
-        there = {name: it for name, it in nulls.items() if _DIGITS[mode] in it.modes}
+        there = {name: setting for name, setting in nulls.items() if _DIGITS[mode] in setting.modes}
         found, _ = await read_values(body, there)
         for name in known(found):
             raise InvalidRequest(f"{name}: null is no value of it; nothing was sent.")
-    return {name: it for name, it in named.items() if name not in nulls}
+    return {name: value for name, value in named.items() if name not in nulls}
 
 
 async def _require_mode(body: AskedBody, named: Mapping[str, Any]) -> None:
@@ -325,11 +330,11 @@ Filters = dict[FilteredInput | Sensor, Annotated[int, Field(ge=1, le=99)]]
 
 
 class NoiseFilters(BaseModel):
-    """How long the level of an input or a sensor has to be another before it counts as changed."""
+    """The time for which an input or a sensor has to hold a new level before it counts as changed."""
 
     body_id: str
     noise_filters: Filters = Field(
-        description="By input or sensor: equal samples, one each ms, that make a change of level."
+        description="Equal samples, one each ms, that make a change of level, by input or sensor."
     )
 
 
@@ -338,7 +343,7 @@ class NoiseFiltersChange(SentBack, json_schema_extra=example(noise_filters={"d3"
 
     read_only = frozenset(("body_id",))
 
-    noise_filters: Filters = Field(min_length=1, description="By input or sensor; in samples.")
+    noise_filters: Filters = Field(min_length=1, description="Samples by input or sensor.")
 
 
 async def read_filters(body: AskedBody) -> NoiseFilters:
@@ -376,9 +381,9 @@ class Homing(BaseModel):
     """How a body searches its origin."""
 
     body_id: str
-    settings: HomingSettings = Field(description="In RAM; the speeds are those of the standard set.")
+    settings: HomingSettings = Field(description="Settings in RAM; the speeds are those of the standard set.")
     in_unit: dict[str, Scaled] = Field(
-        description="Those in pulses, in the body's unit, by their names; empty without a scale."
+        description="Settings in pulses, in the body's unit, by their names; empty without a scale."
     )
     overrun: int = Field(description="Pulses to overrun the sensor: the offset times the factor.")
     last: LastHoming

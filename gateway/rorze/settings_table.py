@@ -46,8 +46,8 @@ Edge = Literal["off", "falling", "rising"]
 class Stretch(RequestModel):
     """Positions from the lower to the upper, in pulses."""
 
-    lower: Pulses = Field(description="In pulses, below `upper`.")
-    upper: Pulses = Field(description="In pulses.")
+    lower: Pulses = Field(description="Lower position in pulses, below `upper`.")
+    upper: Pulses = Field(description="Upper position in pulses.")
 
 
 class ErrorOutputSetting(RequestModel):
@@ -204,8 +204,8 @@ class EncoderChange(SentBack, EncoderSettings, json_schema_extra=example(encoder
 class BodySettingsChange(SentBack, Settings, json_schema_extra=example(origin_offset=20, homing_retries=1)):
     """Settings to change; the others stay as they are.
 
-    Null ends soft limits, error outputs, and what interrupts are heeded for, record and pulse. Of all others
-    it says that they are not set, or cannot be read, which has to be so.
+    Null ends soft limits, error outputs, and what interrupts are heeded for, record and pulse. For every
+    other setting null says that it is not set, or cannot be read, which has to be so.
     """
 
     read_only = frozenset(("body_id", "version", "in_unit", "unavailable", "flash", "about"))
@@ -216,7 +216,7 @@ class BodySettingsChange(SentBack, Settings, json_schema_extra=example(origin_of
 
 Unit = Literal["pulse", "pps", "pps/s", "percent", "ms", "um", "pulse/count"]
 Key = str | None
-"""Which of several a setting is, such as an input; None of a single one."""
+"""Part of a setting that exists several times, such as an input; None of a single one."""
 FARTHEST: Final = BILLION - 1
 CONTACTS: Final = ("normally_open", "normally_closed")
 
@@ -368,27 +368,29 @@ def _of_axis() -> Iterator[BodySetting]:
 
 
 def _of_encoder() -> Iterator[BodySetting]:
-    it, dogs = encoder, stall_sensor
+    rows, dogs = encoder, stall_sensor
     yield _single(
         "encoder_multiplier",
-        it.GetEncoderMultiplier,
-        it.SetEncoderMultiplier,
+        rows.GetEncoderMultiplier,
+        rows.SetEncoderMultiplier,
         plain("multiplier"),
         "quadruple",
     )
-    yield _single("encoder_ratio", it.GetEncoderRatio, it.SetEncoderRatio, plain("ratio"), 1.0, "pulse/count")
-    threshold = it.GetEncoderStallThreshold, it.SetEncoderStallThreshold
+    yield _single(
+        "encoder_ratio", rows.GetEncoderRatio, rows.SetEncoderRatio, plain("ratio"), 1.0, "pulse/count"
+    )
+    threshold = rows.GetEncoderStallThreshold, rows.SetEncoderStallThreshold
     yield _single("encoder_stall_threshold", *threshold, plain("threshold"), 128, "pulse")
-    detection = it.GetEncoderStallDetection, it.SetEncoderStallDetection
+    detection = rows.GetEncoderStallDetection, rows.SetEncoderStallDetection
     yield _single("encoder_stall_detection", *detection, switch("enabled"), False)
     yield _single(
-        "adjustment_limit", it.GetAdjustmentLimit, it.SetAdjustmentLimit, plain("limit"), 800, "pulse"
+        "adjustment_limit", rows.GetAdjustmentLimit, rows.SetAdjustmentLimit, plain("limit"), 800, "pulse"
     )
     yield _single(
-        "adjustment_speed_pps", it.GetAdjustmentSpeed, it.SetAdjustmentSpeed, plain("speed"), 0, "pps"
+        "adjustment_speed_pps", rows.GetAdjustmentSpeed, rows.SetAdjustmentSpeed, plain("speed"), 0, "pps"
     )
-    yield _single("adjustment_delay_ms", it.GetAdjustmentDelay, it.SetAdjustmentDelay, _DELAY, 30, "ms")
-    yield _single("adjustment", it.GetAdjustment, it.SetAdjustment, switch("enabled"), False)
+    yield _single("adjustment_delay_ms", rows.GetAdjustmentDelay, rows.SetAdjustmentDelay, _DELAY, 30, "ms")
+    yield _single("adjustment", rows.GetAdjustment, rows.SetAdjustment, switch("enabled"), False)
     interval = dogs.GetStallSensorInterval, dogs.SetStallSensorInterval
     yield _single("stall_sensor_interval", *interval, plain("interval"), 2_048, "pulse")
     watched = dogs.GetStallSensorDetection, dogs.SetStallSensorDetection
@@ -396,33 +398,37 @@ def _of_encoder() -> Iterator[BodySetting]:
 
 
 def _of_terminals() -> Iterator[BodySetting]:
-    it = inputs_outputs
+    rows = inputs_outputs
     yield _contacts("input_logic", (input_logic.GetInputLogic, input_logic.SetInputLogic), _INPUT_BITS)
     yield _contacts("sensor_logic", (input_logic.GetSensorLogic, input_logic.SetSensorLogic), _SENSOR_BITS)
     filters = input_logic.GetNoiseFilter, input_logic.SetNoiseFilter
     yield _each("noise_filters", filters, _places("bit", _FILTER_BITS), plain("count"), 1, unit="ms")
-    whole = WholeQuestion(it.GetOutputs(), _OUTPUT_BITS, (False, True))
-    outputs = it.GetOutputs, it.SetOutputs
+    whole = WholeQuestion(rows.GetOutputs(), _OUTPUT_BITS, (False, True))
+    outputs = rows.GetOutputs, rows.SetOutputs
     yield _each("outputs", outputs, _places("bit", _OUTPUT_BITS), _OUTPUT, False, whole=whole)
     causes = {cause: {"cause": cause} for cause in get_args(ErrorCause)}
-    yield _each("error_outputs", (it.GetErrorOutput, it.SetErrorOutput), causes, _ERROR_OUTPUT, None)
+    yield _each("error_outputs", (rows.GetErrorOutput, rows.SetErrorOutput), causes, _ERROR_OUTPUT, None)
     ports = _places("port", _PORTS)
-    yield _each("interrupt_edges", (it.GetInterruptMode, it.SetInterruptMode), ports, plain("edge"), "off")
-    ranges = it.GetInterruptRange, it.SetInterruptRange
+    yield _each(
+        "interrupt_edges", (rows.GetInterruptMode, rows.SetInterruptMode), ports, plain("edge"), "off"
+    )
+    ranges = rows.GetInterruptRange, rows.SetInterruptRange
     yield _each("interrupt_ranges", ranges, ports, _STRETCH, None, unit="pulse")
     yield _interrupt_records()
     pulsed = {port: {**place, "pulsed": "output"} for port, place in ports.items()}
-    yield _each("interrupt_pulses", (it.GetInterruptAction, it.SetInterruptAction), pulsed, _PULSE, None)
-    yield _single("clear_pulse_ms", it.GetClearPulseTime, it.SetClearPulseTime, plain("duration_ms"), 1, "ms")
+    yield _each("interrupt_pulses", (rows.GetInterruptAction, rows.SetInterruptAction), pulsed, _PULSE, None)
+    yield _single(
+        "clear_pulse_ms", rows.GetClearPulseTime, rows.SetClearPulseTime, plain("duration_ms"), 1, "ms"
+    )
 
 
 def _of_robot() -> Iterator[BodySetting]:
-    it = interpolation
-    yield _single("robot_type", it.GetRobotType, it.SetRobotType, plain("robot"), "two_axes_belt_linked")
-    yield _single("driven_axis", it.GetDrivenAxis, it.SetDrivenAxis, plain("axis"), 0)
-    yield _single("arm_length_um", it.GetArmLength, it.SetArmLength, plain("length"), 1, "um")
-    yield _single("finger_length_um", it.GetFingerLength, it.SetFingerLength, plain("length"), 1, "um")
-    turns = it.GetPulsesPerTurn, it.SetPulsesPerTurn
+    rows = interpolation
+    yield _single("robot_type", rows.GetRobotType, rows.SetRobotType, plain("robot"), "two_axes_belt_linked")
+    yield _single("driven_axis", rows.GetDrivenAxis, rows.SetDrivenAxis, plain("axis"), 0)
+    yield _single("arm_length_um", rows.GetArmLength, rows.SetArmLength, plain("length"), 1, "um")
+    yield _single("finger_length_um", rows.GetFingerLength, rows.SetFingerLength, plain("length"), 1, "um")
+    turns = rows.GetPulsesPerTurn, rows.SetPulsesPerTurn
     yield _each("pulses_per_turn", turns, _places("axis", _AXES), plain("pulses"), 1.0, unit="pulse")
 
 
@@ -438,4 +444,4 @@ SETTINGS: Final[Mapping[str, BodySetting]] = {
     for part in (_of_axis, _of_encoder, _of_terminals, _of_robot, _of_programs)
     for setting in part()
 }
-"""By the names of the document, in the order in which they are read and set."""
+"""Settings by the names of the document, in the order in which they are read and set."""

@@ -38,7 +38,8 @@ CAUSES: Final[Sequence[Cause]] = get_args(Cause)
 ROWS: Final = Rows("inputs and outputs")
 Output = Annotated[int, Field(ge=0, le=15, description="General output, 0-15.", examples=[3])]
 CauseName = Annotated[
-    Cause, Field(description="What it reports; `limit` is that of either direction.", examples=["limit"])
+    Cause,
+    Field(description="Cause that it reports; `limit` is that of either direction.", examples=["limit"]),
 ]
 
 
@@ -46,7 +47,7 @@ class SignalState(BaseModel):
     """An input or an output."""
 
     number: int
-    name: str | None = Field(description="From the configuration.")
+    name: str | None = Field(description="Name in the configuration.")
     on: bool
 
 
@@ -54,8 +55,8 @@ class SignalReading(BaseModel):
     """Signals as a controller has told them."""
 
     body_id: str
-    read_at: datetime = Field(description="When the controller's answer came.")
-    age_ms: float = Field(description="How old the answer was when it was passed on.")
+    read_at: datetime = Field(description="Time of the controller's answer.")
+    age_ms: float = Field(description="Age of the answer in ms when it was passed on.")
 
 
 class BodyInputs(SignalReading):
@@ -105,10 +106,10 @@ class ErrorOutputState(BaseModel):
     """The output that reports a cause of errors."""
 
     cause: Cause
-    output: int | None = Field(description="Null: nothing reports it.")
-    name: str | None = Field(description="Of the output, from the configuration.")
+    output: int | None = Field(description="Number of the output; null: nothing reports the cause.")
+    name: str | None = Field(description="Name of the output in the configuration.")
     on: bool | None = Field(description="The state it takes on an error.")
-    standing: bool = Field(description="Whether it has come, and was not taken back since.")
+    standing: bool = Field(description="True if the cause has come, and was not taken back since.")
 
 
 class BodyErrorOutputs(BaseModel):
@@ -119,7 +120,7 @@ class BodyErrorOutputs(BaseModel):
 
 
 class ErrorOutputChoice(SentBack, json_schema_extra=example(output=7, on=True)):
-    """Which output reports a cause, and how."""
+    """The output that reports a cause, and its state on an error."""
 
     read_only = frozenset(("cause", "name", "standing"))
 
@@ -225,7 +226,9 @@ def _reading(body: Body, at: float) -> dict[str, Any]:
 
 
 def _states(numbers: range, names: Mapping[int, str], bits: int) -> list[SignalState]:
-    return [SignalState(number=it, name=names.get(it), on=bool(bits >> it & 1)) for it in numbers]
+    return [
+        SignalState(number=number, name=names.get(number), on=bool(bits >> number & 1)) for number in numbers
+    ]
 
 
 async def _output(body: Body, output: int) -> SignalState:

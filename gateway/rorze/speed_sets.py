@@ -21,7 +21,7 @@ STANDARD: Final = 30
 
 ROWS: Final = Rows("body settings")
 NOT_SET: Final = "0x47"
-"""How a pattern that was never set is refused (RC-420 manual 21)."""
+"""Refusal of a pattern that was never set (RC-420 manual 21)."""
 SetNumber = Annotated[
     int, Field(ge=0, le=STANDARD, description="0-29, or 30: the standard set.", examples=[12])
 ]
@@ -152,26 +152,28 @@ class SpeedSet(BaseModel):
         "set that has no speeds either."
     )
     falling_percent: int | None = Field(description="OB, 0-100; null as `rising_percent`.")
-    start_speed: Scaled | None = Field(description="In the body's unit; null without a scale.")
+    start_speed: Scaled | None = Field(description="Start speed in the body's unit; null without a scale.")
     maximum_speed: Scaled | None
     acceleration: Scaled | None
     flash: InFlash | None = Field(
-        description="What flash memory holds, as far as is known; null where the gateway has seen neither "
-        "the power come on nor FIS."
+        description=(
+            "Values in flash memory, as far as is known; null where the gateway has seen neither the power "
+            "come on nor FIS."
+        )
     )
 
 
 class ChangedSpeedSet(SpeedSet):
     """A set as it was read back after a change."""
 
-    steps: list[ChangeStep] = Field(description="What the change took, in order.")
+    steps: list[ChangeStep] = Field(description="Steps of the change, in order.")
 
 
 class SpeedSetList(BaseModel):
     """Speed parameter sets of a body."""
 
     body_id: str
-    speed_sets: list[SpeedSet] = Field(description="In the order of their numbers.")
+    speed_sets: list[SpeedSet] = Field(description="Sets in the order of their numbers.")
 
 
 def items_of(number: int) -> dict[str, Item]:
@@ -206,7 +208,9 @@ def _known(body: AskedBody, items: Mapping[str, Item], read: Mapping[str, int]) 
     """Give the values without those that were never set, which a controller tells as 0."""
     unset = {name for name, value in read.items() if value == 0 and name not in SHARES}
     if len(unset) == len(items) - len(SHARES):
-        unset |= {it for it in SHARES if not read[it] and body.flash.may_be_unset(items[it].command(0))}
+        unset |= {
+            share for share in SHARES if not read[share] and body.flash.may_be_unset(items[share].command(0))
+        }
     return {name: None if name in unset else value for name, value in read.items()}
 
 

@@ -170,13 +170,13 @@ PROGRAM_GOES_ON: Final = text("stops.program-goes-on")
 
 
 class StopReport(BilingualReport):
-    """How far the stop of one body has come."""
+    """The state of the stop of one body, and its evidence."""
 
     body_id: str
     state: StopState = Field(
         "requested", description="Only confirmed means that the controller itself reports standstill."
     )
-    position: int | None = Field(None, description="In pulses, at standstill.")
+    position: int | None = Field(None, description="Position in pulses, at standstill.")
     detail: str | None = Field(None, description="Why it is not confirmed.")
     request_id: str | None = request_id_field("the request that asked for it first")
 
@@ -315,7 +315,7 @@ class Stops(StopsUnderWay[tuple[Body, StopMode], "_BodyStop"]):
     def _at_standstill(self, stop: "_BodyStop") -> Sequence[Callable[[], object]]:
         body = stop.body
         body.motion.stop_is_confirmed(disproves_its_alarm=stop.disproves_its_alarm)
-        if not any(it is not stop and it.body is body for it in self._tasks):
+        if not any(other is not stop and other.body is body for other in self._tasks):
             body.life.hear(BodyNews.NO_STOP)
         return stop.withdraw, partial(body.was_stopped, stop.report.position)
 
@@ -425,7 +425,9 @@ class _BodyStop(Stopping):
     def withdraw(self) -> None:
         """Take back what still waits: it would stop the next move."""
         number = self.body.number
-        self.body.line.cancel(lambda it: it.body == number and it.lane is Lane.STOP_REPEAT, StoppedFirst())
+        self.body.line.cancel(
+            lambda exchange: exchange.body == number and exchange.lane is Lane.STOP_REPEAT, StoppedFirst()
+        )
 
     def repeat_at_once(self) -> None:
         """Send the next repetition now: it will arrive."""
@@ -513,7 +515,7 @@ class _BodyStop(Stopping):
         return answers and self._in_time(GOES_FIRST)
 
     def _in_time(self, times: int = 1) -> bool:
-        """True if it began no longer ago than the wire needs for the proofs of all, or so many times that."""
+        """True if it began no longer ago than the wire needs for the proofs of all, or `times` that time."""
         line = self.body.line
         needed_s = self.due_s + line.reply_timeout_s + proofs_s(line, self._most)
         return self.waited_s < times * needed_s
@@ -557,7 +559,7 @@ class _BodyStop(Stopping):
         return None
 
     async def _position(self) -> int:
-        company = [it for it in self._company_of(self.body) if it.told.rest is None]
+        company = [body for body in self._company_of(self.body) if body.told.rest is None]
         return (await self._sweep.ask_one(self.body, company, GetPosition(), Lane.VERIFY)).pulses
 
     async def _runs_pulses(self) -> bool:

@@ -30,7 +30,7 @@ class StoredProgram(NamedTuple):
     """A program in a body's RAM."""
 
     instructions: tuple[str, ...]
-    """By address."""
+    """Instructions by address."""
     steps: int
     """The room it takes, as the controller counts it (UBD)."""
     running: bool

@@ -20,7 +20,7 @@ _IN_BASE: dict[str, tuple[str, float]] = {
 
 
 class Scale(BaseModel):
-    """How many pulses one unit is, for a body."""
+    """The number of pulses in one unit, for a body."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", strict=True)
 
@@ -35,7 +35,7 @@ class Scale(BaseModel):
         return round(value * self._factor(unit))
 
     def value(self, pulses: float) -> float:
-        """The length or angle of so many pulses, in the scale's own unit."""
+        """The length or angle of `pulses`, in the scale's own unit."""
         return pulses / self.pulses_per_unit
 
     @property
@@ -71,7 +71,7 @@ class Scaled(BaseModel):
     """A number of pulses, or of pulses per second, in the body's unit."""
 
     value: float
-    unit: str = Field(description="Such as mm, mm/s or mm/s2.")
+    unit: str = Field(description="Unit such as mm, mm/s or mm/s2.")
 
     @classmethod
     def of(cls, pulses: float | None, scale: Scale | None, per: Per = "") -> Self | None:

@@ -31,20 +31,20 @@ class ScaraTable(Table):
     arm_um: Micrometres
     """Length of each of the two links (HAS)."""
     finger_um: Micrometres
-    """From the third joint to the centre of the wafer (HFS)."""
+    """Length from the third joint to the centre of the wafer (HFS)."""
     pulses_per_turn: Array[PulsesOfTurn]
     """Pulses per turn of each axis (HZS)."""
     own_path: int = Field(63, ge=0, le=63)
     """The interpolation path that the gateway overwrites for its lines (HDS)."""
     keep_out_um: int = Field(10_000, ge=0, lt=BILLION)
-    """Paths that pass the origin nearer than this, and not straight through it, are refused: the base would
-    turn too fast (RC-420 manual 13.10.6). How near is too near depends on the robot, an assumption; 0 refuses
-    none."""
+    """Least distance of a path from the origin unless it goes straight through it: nearer, the base would
+    turn too fast, and the move is refused (RC-420 manual 13.10.6). The distance depends on the robot, an
+    assumption; 0 refuses none."""
     tolerance_pulses: int = Field(2, ge=0, le=10_000)
-    """By how much an axis may end beside the place that the gateway calculates. The manual tells neither the
-    rounding nor the bend of the elbow, so what is calculated is an assumption."""
+    """Distance in pulses by which an axis may end beside the place that the gateway calculates. The manual
+    tells neither the rounding nor the bend of the elbow, so the calculated place is an assumption."""
     on_fault: Literal["decelerate", "immediate"] = "decelerate"
-    """How the other axes are stopped when one fails."""
+    """Stop of the other axes when one fails."""
 
     @model_validator(mode="after")
     def _be_consistent(self) -> Self:

@@ -110,7 +110,7 @@ class Scaras(Extension):
 
     def forget(self, line: Line) -> None:
         """Forget the robots on a line."""
-        self._scaras = {name: it for name, it in self._scaras.items() if it.line is not line}
+        self._scaras = {name: scara for name, scara in self._scaras.items() if scara.line is not line}
 
     # finding
 
@@ -147,7 +147,7 @@ class Scaras(Extension):
 
     def at_work(self, line: Line) -> Iterator[str]:
         """The robots that move."""
-        return (it.id for it in self.all() if it.line is line and it.move is not None)
+        return (scara.id for scara in self.all() if scara.line is line and scara.move is not None)
 
     # moves
 

@@ -27,7 +27,7 @@ from protocols.rorze.row import RorzeCommand
 from protocols.rorze.scara import TURN, FingerPlace, Mechanics
 
 ROUNDING: Final = 1.0
-"""By how many micrometres, or thousandths of a degree, a controller may round beyond its pulses."""
+"""Rounding of a controller beyond its pulses, in micrometres or thousandths of a degree."""
 TYPES: Final[dict[int, RobotType]] = {2: "two_axes_belt_linked", 3: "three_axes"}
 WHOLE_TURN_MDEG: Final = 360_000
 OUT_OF_REACH: Final = "0x63"
@@ -92,7 +92,7 @@ async def read(scara: Scara) -> list[HeldGeometry]:
                 type=kind.robot,
                 arm=LinkLength(value=arm.length),
                 finger=LinkLength(value=finger.length),
-                pulses_per_turn=[it.pulses for it in pulses],
+                pulses_per_turn=[turn.pulses for turn in pulses],
             ),
         )
         for kind, axis, arm, finger, *pulses in zip(kinds, axes, arms, fingers, *turns, strict=True)
@@ -106,24 +106,24 @@ async def write(scara: Scara, *, flash: bool) -> list[HeldGeometry]:
     :raises GeometryDiffers: they hold something else nevertheless.
     """
     async with scara.line.undivided([scara.group.number]):
-        for body, held, it in zip(scara.members, await read(scara), wanted(scara), strict=True):
-            for command in _missing(held, it):
+        for body, held, configured in zip(scara.members, await read(scara), wanted(scara), strict=True):
+            for command in _missing(held, configured):
                 await body.ask(command)
         found = await read(scara)
-        for body, held, it in zip(scara.members, found, wanted(scara), strict=True):
-            if held != it:
+        for body, held, configured in zip(scara.members, found, wanted(scara), strict=True):
+            if held != configured:
                 raise _differs(body.address, "holds another geometry than it was sent")
         if flash:
             await scara.ask(SaveSettings())
     return found
 
 
-def _missing(held: HeldGeometry, it: HeldGeometry) -> Iterator[RorzeCommand[Any]]:
-    has, wants = held.geometry, it.geometry
+def _missing(held: HeldGeometry, configured: HeldGeometry) -> Iterator[RorzeCommand[Any]]:
+    has, wants = held.geometry, configured.geometry
     if has.type != wants.type:
         yield SetRobotType(robot=wants.type)
-    if held.axis != it.axis:
-        yield SetDrivenAxis(axis=it.axis)
+    if held.axis != configured.axis:
+        yield SetDrivenAxis(axis=configured.axis)
     if has.arm != wants.arm:
         yield SetArmLength(length=wants.arm.value)
     if has.finger != wants.finger:

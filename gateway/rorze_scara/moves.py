@@ -63,7 +63,7 @@ WATCH_S: Final = 0.1
 """The pause between two questions to all controllers of a robot that moves."""
 
 ATTEMPTS: Final = 3
-"""A preparation without a reply is made anew, so often in all."""
+"""Tries in all of a preparation that gets no reply."""
 
 T = TypeVar("T")
 
@@ -141,10 +141,12 @@ class ScaraMoves(MoveRuns[_Run, ScaraMove]):
     async def samples(self, move_id: str) -> ScaraSamples:
         """Give where its axes were seen during a move, beside their plans; errors as of `Trajectories.of`."""
         move = self.log.get(move_id)
-        of_axes = [self._moves.trajectories.of(it.move_id) for it in move.axes if it.move_id is not None]
+        of_axes = [
+            self._moves.trajectories.of(axis.move_id) for axis in move.axes if axis.move_id is not None
+        ]
         if not of_axes:
             raise NotFound(f"The move {move_id} was not started, so there are no samples of it.")
-        axes = [await samples_of(it) for it in of_axes]
+        axes = [await samples_of(samples) for samples in of_axes]
         return ScaraSamples(scara_id=move.scara_id, move_id=move_id, axes=axes)
 
     async def close(self) -> None:
@@ -161,7 +163,7 @@ class ScaraMoves(MoveRuns[_Run, ScaraMove]):
         self, scaras: Mapping[str, Scara], records: Sequence[Mapping[str, Any]], since: str = RESTARTED
     ) -> None:
         """Take over the moves of an earlier life, once those of the bodies are taken over."""
-        own = [ScaraMove.model_validate(it) for it in records if it.get("scara_id") in scaras]
+        own = [ScaraMove.model_validate(record) for record in records if record.get("scara_id") in scaras]
         self.log.remember(own)
         for move in own:
             if not move.status.final:
@@ -239,7 +241,7 @@ class ScaraMoves(MoveRuns[_Run, ScaraMove]):
     async def _begin(
         self, run: _Run, request: ScaraMoveRequest, start_within_s: float, answered: Beginning
     ) -> None:
-        """Prepare and start it, and say why where that was not done: nobody may be waiting for it."""
+        """Prepare and start the move; on failure its record says why, for the caller may be gone."""
         scara = run.scara
         OF_MOVES.set([run.move.id])
         try:
@@ -350,7 +352,7 @@ class ScaraMoves(MoveRuns[_Run, ScaraMove]):
                 self._stop_all(run, body, f"its move is {move.status}")
                 return
         waits = run.move.status in (MoveStatus.QUEUED, MoveStatus.SENT)
-        if waits and any(it.status is MoveStatus.MOVING for it in moves):
+        if waits and any(move.status is MoveStatus.MOVING for move in moves):
             self.advance(run, run.move, MoveStatus.MOVING)
 
     def _stop_all(self, run: _Run, body: Body, why: str) -> None:
@@ -367,7 +369,7 @@ class ScaraMoves(MoveRuns[_Run, ScaraMove]):
     # the end
 
     def _lose(self, who: _Run, _why: str, /) -> None:
-        """Nobody sees to it that its axes end together: what may move is stopped."""
+        """Stop the axes that may move, since their ends can no longer be coordinated."""
         if who.moves:
             self._keep(self._stops.stop(who.scara.members, who.scara.on_fault))
 

@@ -75,7 +75,9 @@ class Plan:
 
     def positions(self) -> list[SetStartPosition]:
         """The commands that tell the controllers where all axes stand (HPS)."""
-        return [SetStartPosition(axis=axis, position=it) for axis, it in enumerate(self.here.pulses)]
+        return [
+            SetStartPosition(axis=axis, position=position) for axis, position in enumerate(self.here.pulses)
+        ]
 
     def record(self) -> PlannedScaraMove:
         """As clients are told who only ask."""
@@ -154,7 +156,7 @@ async def weigh(plan: Plan, pattern: int | None, wish: Wish | None = None) -> Pl
     except (PowerCycled, ControllerRefused, ProfileError) as error:
         told.note = f"It would be refused: {error}"
     else:
-        told.duration_s = max(it.duration_s or 0.0 for it in profiles)
+        told.duration_s = max(profile.duration_s or 0.0 for profile in profiles)
     return told
 
 
@@ -243,12 +245,12 @@ def wish_of(scara: Scara, request: ScaraMoveRequest) -> Wish | None:
     async def wish(bodies: Sequence[Body]) -> Sequence[SpeedParameters]:
         standards = await asyncio.gather(*(standard_of(body) for body in bodies))
         if isinstance(limit, TurnSpeed):
-            tops = [round(limit.exactly * it / WHOLE_TURN_MDEG) for it in scara.robot.pulses_per_turn]
+            tops = [round(limit.exactly * pulses / WHOLE_TURN_MDEG) for pulses in scara.robot.pulses_per_turn]
         else:
             standards, tops = [_gentlest(standards)] * len(bodies), [limit.thousandths] * len(bodies)
         if min(tops) < 1:
             raise InvalidRequest("max_speed: it comes to less than one pulse a second; nothing was sent.")
-        return [it.capped(top) for it, top in zip(standards, tops, strict=True)]
+        return [speeds.capped(top) for speeds, top in zip(standards, tops, strict=True)]
 
     return wish
 
@@ -273,5 +275,7 @@ async def at_own_speed(scara: Scara, request: ScaraMoveRequest) -> AsyncIterator
 
 def _gentlest(standards: Sequence[SpeedParameters]) -> SpeedParameters:
     """The ramp of the axis that accelerates least, and no speed that one of them does not allow."""
-    ramp = min(standards, key=lambda it: it.acceleration)
-    return replace(ramp, low=min(it.low for it in standards), high=min(it.high for it in standards))
+    ramp = min(standards, key=lambda speeds: speeds.acceleration)
+    return replace(
+        ramp, low=min(speeds.low for speeds in standards), high=min(speeds.high for speeds in standards)
+    )

@@ -35,7 +35,9 @@ class ScaraPlace(Record):
 
     x: Micrometres
     y: Micrometres
-    angle: Millidegrees = Field(description="Between finger and X axis, above -180 and up to 180 degrees.")
+    angle: Millidegrees = Field(
+        description="Angle between finger and X axis, above -180 and up to 180 degrees."
+    )
 
     @classmethod
     def of(cls, place: FingerPlace) -> "ScaraPlace":
@@ -57,11 +59,11 @@ class ScaraAxisMove(Record):
         None,
         description="The body's own move; null before it is begun, and of an axis that has no part in it.",
     )
-    status: MoveStatus | None = Field(None, description="As the body's move says; null without one.")
-    end_cause: str | None = Field(None, description="As the body's move says.")
-    start_position: int = Field(description="In pulses, as the controllers were told (HPS).")
-    target_position: int = Field(description="In pulses, as the gateway calculates it.")
-    position: int = Field(description="In pulses, as last read.")
+    status: MoveStatus | None = Field(None, description="Status of the body's move; null without one.")
+    end_cause: str | None = Field(None, description="End cause of the body's move.")
+    start_position: int = Field(description="Start position in pulses, as the controllers were told (HPS).")
+    target_position: int = Field(description="Target position in pulses, as the gateway calculates it.")
+    position: int = Field(description="Position in pulses, as last read.")
 
 
 class ScaraMove(MoveRecord):
@@ -78,12 +80,15 @@ class ScaraMove(MoveRecord):
         "ccw_limit as a controller says; not_executed, position_mismatch, lost, unknown as the gateway does.",
     )
     failed_axes: list[int] = Field(default_factory=list, description="The axes that made it fail.")
-    start: ScaraPlace | None = Field(default=None, description="Where the finger ended before.")
-    target: ScaraPlace | None = Field(default=None, description="Where it should come to.")
-    coordinates: ScaraPlace | None = Field(
-        default=None, description="Where it ends by the positions last read; null while one is not known."
+    start: ScaraPlace | None = Field(
+        default=None, description="Place at which the finger ended before the move."
     )
-    axes: list[ScaraAxisMove] = Field(default_factory=list, description="In the order of the axes.")
+    target: ScaraPlace | None = Field(default=None, description="Place at which the finger is to end.")
+    coordinates: ScaraPlace | None = Field(
+        default=None,
+        description="Place of the finger by the positions last read; null while one is not known.",
+    )
+    axes: list[ScaraAxisMove] = Field(default_factory=list, description="Moves of the axes, in their order.")
 
 
 class ScaraSamples(Record):
@@ -92,8 +97,10 @@ class ScaraSamples(Record):
     scara_id: str
     move_id: str
     axes: list[BodySamples] = Field(
-        description="Those of each axis that has a part in it, as the samples of its body's own move: each "
-        "is asked at a time of its own."
+        description=(
+            "Samples of each axis that has a part in the move, as of its body's own move: each is asked at "
+            "a time of its own."
+        )
     )
 
 
@@ -104,10 +111,14 @@ class PlannedScaraMove(Record):
     frames: list[str] = Field(description="The exact frames that would be sent, CR as \\r.")
     start: ScaraPlace
     target: ScaraPlace
-    start_positions: list[int] = Field(description="In pulses, in the order of the axes.")
-    target_positions: list[int] = Field(description="In pulses, as the gateway calculates them.")
-    length_um: float | None = Field(
-        description="Of the way that the speed counts on, in micrometres; null where axes turn alone."
+    start_positions: list[int] = Field(description="Present positions in pulses, in the order of the axes.")
+    target_positions: list[int] = Field(
+        description="Target positions in pulses, in the order of the axes, as the gateway calculates them."
     )
-    duration_s: float | None = Field(None, description="How long pulses would run, with the settings of now.")
+    length_um: float | None = Field(
+        description="Length in micrometres of the way that the speed counts on; null where axes turn alone."
+    )
+    duration_s: float | None = Field(
+        None, description="Seconds for which pulses would run, with the present settings."
+    )
     note: str | None = Field(None, description="Why something is not known, or would be refused.")

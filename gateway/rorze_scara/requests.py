@@ -92,7 +92,7 @@ class ViaPoint(
     x: Distance | None = None
     y: Distance | None = None
     radius: Distance | None = Field(
-        None, description="Of the arc that rounds the corner; left out, 0. The last point has none."
+        None, description="Radius of the arc that rounds the corner; left out, 0. The last point has none."
     )
     place: Literal["center"] | None = Field(
         None, description="`center`: the third joint is over the origin of coordinates."
@@ -132,11 +132,11 @@ class Course(NamedTuple):
 
     turned: tuple[int, ...]
     path: WayPath | None = None
-    """None where each axis turns alone."""
+    """The path of the finger; None where each axis turns alone."""
 
     @property
     def length_um(self) -> float | None:
-        """How long the path is in micrometres; None without one."""
+        """The length of the path in micrometres; None without one."""
         return None if self.path is None else self.path.length
 
     @property
@@ -213,8 +213,10 @@ class ScaraPathRequest(_ScaraMoveRequest, json_schema_extra=example(kind="path",
         None,
         min_length=1,
         max_length=MOST_POINTS,
-        description="In the place of `path`: through these, to the last. They are put into the path that the "
-        "gateway keeps for its lines.",
+        description=(
+            "Points instead of `path`: the finger goes through these, to the last. They are put into the "
+            "path that the gateway keeps for its lines."
+        ),
     )
 
     @model_validator(mode="after")
@@ -231,7 +233,7 @@ class ScaraPathRequest(_ScaraMoveRequest, json_schema_extra=example(kind="path",
     def manoeuvre(self, here: MoveStart) -> Manoeuvre:
         """HMS; HDS before it for points of its own."""
         if self.path is None:
-            return self._through(here, [it.point() for it in self.points or ()])
+            return self._through(here, [point.point() for point in self.points or ()])
         return _along(ways.along(here.points), PreparePath(path=self.path, pattern=self.pattern))
 
 
@@ -258,7 +260,7 @@ class ScaraOffsetRequest(
         if self.x is None and self.y is not None:
             row_y = PrepareMoveAlongY(distance=self.y.thousandths, pattern=self.pattern)
             return _along(ways.by(1j * self.y.thousandths), row_y)
-        x, y = (0 if it is None else it.thousandths for it in (self.x, self.y))
+        x, y = (0 if length is None else length.thousandths for length in (self.x, self.y))
         return self._to(here, here.place._replace(x=here.place.x + x, y=here.place.y + y))
 
 
@@ -307,8 +309,8 @@ class ScaraRotateRequest(
     """Turn the finger to a direction about a point on its line, the arm following (three axes)."""
 
     kind: Literal["rotate"]
-    radius: Distance = Field(description="From the third joint to the centre of the turn.")
-    angle: Angle = Field(description="Between finger and X axis at the end.")
+    radius: Distance = Field(description="Distance from the third joint to the centre of the turn.")
+    angle: Angle = Field(description="Angle between finger and X axis at the end.")
 
     def manoeuvre(self, _: MoveStart) -> Manoeuvre:
         """HRS."""
@@ -327,7 +329,7 @@ class ScaraFingerRequest(
     """Turn the finger alone to a direction, at a speed in pulses per second (three axes)."""
 
     kind: Literal["finger"]
-    angle: Angle = Field(description="Between finger and X axis at the end.")
+    angle: Angle = Field(description="Angle between finger and X axis at the end.")
 
     def manoeuvre(self, _: MoveStart) -> Manoeuvre:
         """HFM."""
@@ -366,7 +368,7 @@ class ScaraAlignRequest(
 
     def manoeuvre(self, here: MoveStart) -> Manoeuvre:
         """HNM."""
-        x, y = (None if it is None else it.thousandths for it in (self.x, self.y))
+        x, y = (None if length is None else length.thousandths for length in (self.x, self.y))
         motion = MoveToExtensionStart(x=x, y=y, path=self.path, pattern=self.pattern)
 
         def course(robot: Mechanics, pose: Pose) -> Course:

@@ -45,7 +45,7 @@ class Axis:
     name: str
     measure: Measure
     top_speed: float
-    """In the unit of its speed (VSO, MSO)."""
+    """Top speed in the unit that VSO or MSO tells it in."""
     plus_limit: float
     minus_limit: float
     percent: float = 100.0
@@ -92,10 +92,10 @@ class World:
     dog: tuple[float, float]
     """Over this stretch the origin sensor is on."""
     minus_limit: float
-    """From here on towards minus, its limit sensor is on."""
+    """Place at and below which the minus limit sensor is on."""
     plus_limit: float
     z_period: float
-    """The encoder's Z phase comes once in so many units, at multiples of this."""
+    """Distance between Z phases of the encoder, which come at its multiples."""
 
     def sensor(self, sensor: Sensor, at: float) -> bool:
         """Tell whether a sensor is on there."""
@@ -123,9 +123,9 @@ class Motor(Axis):
     homing_speed: float = field(default=0.0, kw_only=True)
     z_speed: float = field(default=0.0, kw_only=True)
     at: float = 0.0
-    """Its coordinate when it stands still."""
+    """Coordinate of an axis that stands still."""
     zero: float = 0.0
-    """Where its coordinate 0 is, in the world's units."""
+    """Place of coordinate 0 in the world's units."""
     homed: bool = False
     ever_homed: bool = False
     """True if it was homed before the last loss of power, or any earlier one."""

@@ -32,17 +32,17 @@ RUNS: dict[Activity, MotionMode] = {
     "homing": MotionMode.HOMING,
     "jog": MotionMode.JOG,
 }
-"""As ACD tells them: an assumption."""
+"""Motion modes that ACD tells while an activity runs: an assumption."""
 
 
 class MotorState(Strict):
     """One motor axis as it really is."""
 
     name: str
-    place: float = Field(description="Its coordinate, in its unit, whether the controller knows it or not.")
+    place: float = Field(description="Coordinate in the axis's unit, whether the controller knows it or not.")
     homed: bool
     driver_error: int
-    answers: bool = Field(description="Whether its driver does.")
+    answers: bool = Field(description="True if its driver answers.")
     sensors: dict[SensorName, bool]
 
 
@@ -63,7 +63,7 @@ class SystemState(Strict):
     mode: int
     host_unit: int
     fics_unit: int
-    states: list[str] = Field(description="Which of (a) to (d) it is in (C-HOST manual 1-7).")
+    states: list[str] = Field(description="States of (a) to (d) that hold (C-HOST manual 1-7).")
     uploading: int | None = Field(description="The number the next POS gets, between POF 1 and POF 2.")
     moving: str | None = Field(description="The command that is under way.")
     error: int | None = Field(description="The error that stands.")
@@ -81,7 +81,7 @@ class On(Strict):
 class BrownOut(Strict):
     """A loss of power that ends after a time."""
 
-    for_s: float = Field(ge=0, le=3600, description="How long there is no power; `boot_s` comes on top.")
+    for_s: float = Field(ge=0, le=3600, description="Seconds without power; `boot_s` comes on top.")
 
 
 class DriverChange(Strict):
@@ -156,7 +156,9 @@ class RobotChange(Strict):
 class TornMessages(Strict):
     """Messages to the host whose second half comes after the delay, behind their flag."""
 
-    next_messages: int = Field(default=0, ge=0, le=1_000_000, description="So many messages for certain.")
+    next_messages: int = Field(
+        default=0, ge=0, le=1_000_000, description="Messages that are torn for certain."
+    )
     delay_s: float = Field(default=0.002, ge=0, le=60)
 
 
@@ -169,8 +171,8 @@ class StrayMessage(Strict):
 class DpramState(Strict):
     """The dual-port RAM: a flag is 1 while its area holds a message that has not been taken."""
 
-    host_flag: int = Field(description="At offset 257: a command for Fics.")
-    fics_flag: int = Field(description="At offset 512: a message for the host.")
+    host_flag: int = Field(description="Flag at offset 257: a command for Fics.")
+    fics_flag: int = Field(description="Flag at offset 512: a message for the host.")
     stalled: bool
     torn: TornMessages
     ends_with_cr: bool
@@ -467,6 +469,6 @@ def _add_dpram(app: FastAPI, port: SimulatedDpram) -> None:
 
     @app.post("/dpram/messages")
     async def leave_message(message: StrayMessage) -> DpramState:
-        """Give a message that nobody has asked for, such as an answer to an earlier program."""
+        """Give an unsolicited message, such as an answer to an earlier program."""
         port.write(message.text.encode("ascii") + CR)
         return await get_dpram()

@@ -10,7 +10,7 @@ from simulator.fics.mechanics import Mechanics
 from simulator.fics.motion import Glide, Ramps, glide
 
 ROUNDING = 1e-9
-"""In the unit of an axis."""
+"""Least way of an axis, in its unit; a shorter one is rounding."""
 
 PATH_CHECKS = 64
 """Places at which the way of a converted move is looked at before the motors go it."""
@@ -34,7 +34,7 @@ class Span:
 
     @property
     def way(self) -> float:
-        """How far it goes, without a sign; what is only rounding is no way."""
+        """The length of the way, without a sign; 0 for a way within rounding."""
         way = abs(self.target - self.start)
         return way if way > ROUNDING else 0.0
 
@@ -49,7 +49,7 @@ class Stroke:
 
     spans: Mapping[int, Span]
     glide: Glide
-    """From 0 to 1, the share of the way."""
+    """Share of the way, from 0 to 1, over the time."""
     onto: Sensor | None = None
     """The limit sensor it may run onto, as homing does."""
 
@@ -162,7 +162,7 @@ class Course:
                 self._go_on(track, now)
 
     def sense(self, now: float) -> None:
-        """Look where the limit sensors are: somebody may have moved them."""
+        """Look where the limit sensors are: a person may have moved them."""
         for track in self._tracks:
             track.limit_at, track.limit = self._next_limit(track.stroke, now)
 

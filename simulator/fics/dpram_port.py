@@ -17,10 +17,10 @@ FREE, FULL = 0, 1
 """The layout, C-HOST manual 1-4. A flag is 1 while its area holds a message that has not been taken."""
 
 SPIN_S = 0.002
-"""For this time after a message the RAM is looked at in every turn of the event loop."""
+"""Seconds after a message during which every turn of the event loop looks at the RAM."""
 
 PAUSE_S = 0.002
-"""Between two looks at other times."""
+"""Seconds between two looks at other times."""
 
 _MESSAGES = re.compile(rb"[^\r]*\r\n?|[^\r]+")
 
@@ -41,11 +41,11 @@ class SimulatedDpram(Port):
         self.stalled = False
         """While set, Fics neither takes a message nor gives one, and the flags stay as they are."""
         self.tears = Tears()
-        """How the next messages to the host are torn."""
+        """The messages to the host that are to be torn, and their delay."""
         self.ends_with_cr = True
         """True if a message carries its CR, or is ended by its flag alone; an assumption."""
         self.takes_after_s = 0.0
-        """How long a message of the host lies there before it is taken; an assumption."""
+        """Seconds for which a message of the host lies there before it is taken; an assumption."""
         self._full_since: float | None = None
         self._path = path
         self._inode = path.stat().st_ino

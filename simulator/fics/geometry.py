@@ -50,7 +50,7 @@ ELBOW_AT_ZERO = pi / 2
 a right angle to the arm at zero degrees and never passes the stretched or the folded arm."""
 
 ROUNDING = 1e-9
-"""So much, of the lengths' squares, a place on the edge of what they reach may seem to be beyond it."""
+"""Rounding, as a cosine, by which a place on the edge of the arms' reach may seem to be beyond it."""
 
 
 @dataclass(frozen=True, slots=True)

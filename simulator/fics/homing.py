@@ -36,8 +36,8 @@ MANNERS = (
     Manner(Sensor.MINUS_LIMIT, turns_back=True, z=False),  # 5 No LIMIT
     Manner(Sensor.ORIGIN, turns_back=False, z=True),  # 6 Enc FAST
 )
-"""By the value of HMT. The direction, towards minus, is an assumption, and so are the ways where the manual
-gives only names; FAST differs from Enc SENSOR in the speeds it is given, not in its way."""
+"""Ways of homing by the value of HMT. The direction, towards minus, is an assumption, and so are the ways
+where the manual gives only names; FAST differs from Enc SENSOR in the speeds it is given, not in its way."""
 
 Steps = Generator[Stroke, float, float]
 """Strokes, and in the end the moment at which the last of them ended."""

@@ -31,7 +31,7 @@ class Kit(NamedTuple):
     homing_speed: float
     z_speed: float
     soft_limit: float
-    """On either side of coordinate 0."""
+    """Distance of the soft limits from coordinate 0, on either side."""
     world: World
 
 

@@ -26,13 +26,13 @@ class LineSettings:
     """Settings that the C-HOST manual leaves open about its line; each value is an assumption."""
 
     reply_delay_s: float = 0.0
-    """From the end of a command, or of a motion, to the start of its reply."""
+    """Seconds from the end of a command, or of a motion, to the start of its reply."""
     terminator: Terminator = "cr"
     """Ends every line to the host."""
     boot_s: float = 0.0
-    """From the return of the power until it hears anything."""
+    """Seconds from the return of the power until the system hears anything."""
     hears: Literal["either", "crlf"] = "either"
-    """Which ends of a line are understood (1-2)."""
+    """Ends of a line that are understood (1-2)."""
     half_commands: Literal["refused", "executed"] = "refused"
     """The fate of a command with `!` behind it: `!` is left out, or it is in a wrong form (2-12)."""
     echoes: bool = False
@@ -57,7 +57,7 @@ class SimulatedFics:
 
     @property
     def requests(self) -> int:
-        """How many frames the host has sent."""
+        """The number of frames that the host has sent."""
         return self._wire.requests
 
     def receive(self, data: bytes, now: float) -> None:
@@ -110,7 +110,7 @@ class SimulatedFics:
         self.truth.log("power", self._now, SYSTEM, on=True)
 
     def look_after(self, now: float) -> None:
-        """After somebody has touched the robot: let follow what follows."""
+        """Follow up a change by hand: move on to `now`, look at the sensors, and pass on the messages."""
         self._advance(now)
         self.robot.sense(self._now)
         self._pass_on(self.robot.take_messages())

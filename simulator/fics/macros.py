@@ -31,7 +31,7 @@ class Macro:
     """A program: each step is a C-HOST command or `WAIT seconds`, with the arguments as $1 to $4."""
 
     program: int
-    """Its number in ERD, 1-999."""
+    """Number of the program in ERD, 1-999."""
     steps: tuple[str, ...]
 
 

@@ -25,7 +25,7 @@ class _Phase:
     """Gone before it, in units."""
     speed: float
     gain: float
-    """By how much the speed grows."""
+    """Growth of the speed over the phase."""
     s_curve: bool
 
     @property

@@ -44,4 +44,4 @@ QUIRKS: Final[Mapping[str, Quirk]] = MappingProxyType(
         "stop-overtakes": _robot(stop_while_braking="refused"),
     }
 )
-"""The quirk that makes each of them false. Those about a dual-port RAM are made false at its port."""
+"""The quirk that makes each assumption false. A dual-port RAM's are made false at its port."""

@@ -67,12 +67,12 @@ class Job:
     name: str
     mode: MotionMode
     unit: int | None
-    """None for all units."""
+    """Number of the unit that moves; None for all units."""
     request: int | None
     task: Task
     wait: Wait = ()
     answered: bool = False
-    """As JOG is, when it begins."""
+    """True if its command has its answer, as JOG has from the beginning."""
     alarm: Alarm | None = None
     """The reason for which it brakes, and ends."""
 
@@ -278,7 +278,7 @@ class Robot:
         return LATER
 
     def sense(self, now: float) -> None:
-        """Look at the sensors again: somebody has changed them."""
+        """Look at the sensors again after a person has changed them."""
         self.advance(now)
         for course in self.job.courses if self.job is not None else ():
             course.sense(now)

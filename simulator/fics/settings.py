@@ -16,7 +16,7 @@ class RobotSettings:
     stop_while_braking: Literal["overtakes", "refused"] = "overtakes"
     """The fate of AES while ASS is braking: it stops at once (1-7), or is refused with E04 (2-12)."""
     emergency_stop: Literal["at_once", "brakes"] = "at_once"
-    """How AES and the stop input stop the axes: where they are, or on their ramps (2-7, 2-10)."""
+    """The stop by AES and the stop input: the axes stop where they are, or on their ramps (2-7, 2-10)."""
     status_bits: tuple[str, ...] = STATUS_BITS
     """The meaning of bits 0 to 3 of the second digit of ACD (2-10)."""
     sensor_bits: tuple[str, ...] = SENSOR_BITS
@@ -24,23 +24,23 @@ class RobotSettings:
     origin_bit: Literal["homed", "lasting"] = "homed"
     """Lasting: a loss of power does not clear it in ACD, and only positions tell, by `#####` (2-9, 2-10)."""
     hidden_positions: Literal["several_units", "always", "at_rest"] = "several_units"
-    """Where automatic operation, homing and macros hide positions: with several units, or always (2-9).
-    At rest: at all times."""
+    """The systems whose positions automatic operation, homing and macros hide: those of several units, or
+    all (2-9). At rest: positions are never told."""
     mode_change: Literal["new_mode", "old_mode"] = "new_mode"
-    """Which mode decides whether MOD n is answered (2-37)."""
+    """The mode that decides whether MOD n is answered (2-37)."""
 
     displayed_decimals: int = 2
     """Decimals of mm and degrees in APS and MPS (1-5)."""
     upload_end: Literal["refused", "done"] = "refused"
     """The fate of POF 2 where no upload is open (2-17)."""
     upload_refusal: Literal["E03", "E01"] = "E03"
-    """How commands are refused between POF 1 and POF 2 (1-7)."""
+    """The refusal of commands between POF 1 and POF 2 (1-7)."""
     download_end: Literal["first_hole", "skips_holes"] = "first_hole"
     """The action of POR at a number that is not set (2-19)."""
     left_out: Literal["without", "kept"] = "without"
     """The value that POS stores of an axis that is left out: none, or what stood there before (2-18)."""
     numbers: Literal["as_set", "whole"] = "as_set"
-    """How variables are kept (2-35)."""
+    """The form in which variables are kept (2-35)."""
     homing: Literal["lasting", "lost_by_moves"] = "lasting"
     """The effect of a move on homing (2-10)."""
     jog_mode: Literal["jog", "move"] = "jog"

@@ -23,7 +23,7 @@ class Axis:
     """
 
     settings: Settings
-    """In RAM, like the positions."""
+    """The settings in RAM, where the positions are, too."""
     positions: list[int]
 
     def __init__(self, motor: Motor) -> None:
@@ -45,7 +45,7 @@ class Axis:
         self.forgets_errors = False
         """True if the errors in 9CD are gone once they were told: the manual says that 9CS clears them."""
         self.pace = 1.0
-        """By how much the motor is faster than its settings say."""
+        """Speed of the motor as a multiple of the speed that its settings give."""
         self.refuses_second_stop = False
         """True if 5IS is refused after 5SS: the manual does not say."""
 

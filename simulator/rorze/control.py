@@ -49,7 +49,7 @@ def _is_internal(code: str) -> str:
 class BrownOut(Strict):
     """A loss of power that ends after a time."""
 
-    for_s: float = Field(ge=0, le=3600, description="How long there is no power.")
+    for_s: float = Field(ge=0, le=3600, description="Seconds without power.")
 
 
 class BodyChange(Strict):
@@ -107,13 +107,13 @@ class InternalError(Strict):
     code: Annotated[str, AfterValidator(_is_internal)] = Field(
         description=f"Two hexadecimal digits, one of {', '.join(_INTERNAL)}."
     )
-    next_commands: int = Field(default=1, ge=0, le=1_000_000, description="So many get it, and are not done.")
+    next_commands: int = Field(default=1, ge=0, le=1_000_000, description="Commands that fail with it.")
 
 
 class FlashMemory(Strict):
     """The settings in flash memory."""
 
-    damaged: bool = Field(description="Whether they will be found wrong at the next power-on.")
+    damaged: bool = Field(description="True if the next power-on finds the settings wrong.")
 
 
 class BodyState(Strict):
@@ -122,10 +122,10 @@ class BodyState(Strict):
     body: str
     powered: bool
     moving: bool
-    position: int = Field(description="As 6PD tells it.")
+    position: int = Field(description="Position as 6PD tells it.")
     pulses: int = Field(description="Pulses from where the axis stood at first, CW positive.")
-    status: int = Field(description="As 9CD tells it.")
-    end_cause: int = Field(description="As 9MD tells it.")
+    status: int = Field(description="Status as 9CD tells it.")
+    end_cause: int = Field(description="End cause as 9MD tells it.")
     sensors: dict[SensorName, bool]
     inputs: int
     outputs: int

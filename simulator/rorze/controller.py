@@ -196,7 +196,7 @@ class Rc420(Axis):
                 self._settle(at)
 
     def sense(self, now: float) -> None:
-        """Look at the world again, after somebody has changed it by hand."""
+        """Look at the mechanics and sensors again after a change by hand."""
         if self.powered:
             self.advance(now)
             self._look(now)

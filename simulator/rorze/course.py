@@ -18,7 +18,7 @@ from simulator.rorze.motion import Direction, PulseTrain
 
 
 class Stretch(NamedTuple):
-    """A part of a path on which an axis turns one way, from and to so many micrometres along it."""
+    """A part of a path, from and to a place along it in micrometres, on which an axis turns one way."""
 
     first: float
     last: float
@@ -34,10 +34,10 @@ class Track:
         scale = self.length / length if length else 0.0
         self._knots = [knot._replace(along=knot.along * scale) for knot in knots]
         self.stretches = tuple(self._turning())
-        """None where the axis never turns."""
+        """Parts of the path on which the axis turns one way; empty for an axis that never turns."""
 
     def count(self, along: float) -> int:
-        """Pulses from the start, CW positive, after so many micrometres."""
+        """Pulses from the start, CW positive, at a place `along` the path in micrometres."""
         place = bisect_right(self._knots, along, key=attrgetter("along"))
         before = self._knots[place - 1]
         if place == len(self._knots):
@@ -75,7 +75,7 @@ class Prepared(NamedTuple):
 
     @property
     def direction(self) -> Direction | None:
-        """Which way the axis turns first; None where it does not."""
+        """The direction in which the axis turns first; None for an axis that does not turn."""
         return self.track.stretches[0].direction if self.track.stretches else None
 
 
@@ -85,7 +85,7 @@ class Course:
 
     track: Track
     profile: Profile
-    """On the clock of the controller; a stop changes it."""
+    """Speed over the time, on the clock of the controller; a stop changes it."""
 
 
 class PathTrain(PulseTrain):
@@ -131,7 +131,7 @@ class PathTrain(PulseTrain):
         return self.direction * (self._course.track.count(max(self._passed, along)) - self._begun)
 
     def time_when(self, pulses: int) -> float | None:
-        """The first moment at which so many pulses have been emitted; None if it ends before that."""
+        """The first moment at which `pulses` have been emitted; None if the stretch ends before that."""
         if self.emitted(self._ends_at) < pulses:
             return None
         curve = self.profile.curve
@@ -146,7 +146,7 @@ class PathTrain(PulseTrain):
         super().decelerate_to_stop(now, parameters)
 
     def _last(self) -> float:
-        """How far the stretch goes as things stand."""
+        """The end of the stretch along the path, in micrometres: nearer after a stop."""
         distance = self.profile.distance
         return self._stretch.last if distance is None else min(distance, self._stretch.last)
 

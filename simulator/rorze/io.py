@@ -12,7 +12,7 @@ from simulator.rorze.world import IN_POSITION, INPUTS, SENSORS
 ALL_INPUTS, ALL_SENSORS = (1 << INPUTS) - 1, (1 << SENSORS) - 1
 
 IN_POSITION_TIME_S = 5.0
-"""How long INP is waited for after the last pulse, before CLR is given (RC-420 manual 17.4.1: about 5 s)."""
+"""Seconds to wait for INP after the last pulse before CLR is given (RC-420 manual 17.4.1: about 5 s)."""
 
 
 class Ports:

@@ -50,7 +50,7 @@ class PulseTrain:
         return self.profile.speed(now)
 
     def time_when(self, pulses: int) -> float | None:
-        """The first moment at which so many pulses have been emitted; None if the move ends before that.
+        """The first moment at which `pulses` have been emitted; None if the move ends before that.
 
         For pulses from before the last change of speed, it is the moment of that change.
         """

@@ -46,7 +46,7 @@ class PathLeg(NamedTuple):
 
     @property
     def direction(self) -> Direction:
-        """Which way."""
+        """The direction of the stretch."""
         return self.stretch.direction
 
     def train(self, _now: float) -> PathTrain:

@@ -32,7 +32,7 @@ NORMAL, RUNNING, BY_UES, COMMAND_ERROR, NO_INSTRUCTION, BY_EED, MOVE_WHILE_MOVIN
     0x20,
     0x80,
 )
-"""How a program stands, as URD tells it (RC-420 manual 15.2.6)."""
+"""Status bits of a program, as URD tells them (RC-420 manual 15.2.6)."""
 
 ERROR_BITS = 0b1100_0110
 """The errors in the controller status that JER and EED heed: limit, EMS, STALL, communication."""
@@ -67,7 +67,7 @@ class Return:
 
 Target = ToLabel | Offset
 Turn = Target | Wait | Call | Return | None
-"""Where a program goes on; None is the next address."""
+"""The place where a program goes on; None is the next address."""
 
 _TABLE: dict[str, Callable[..., Turn]] = {}
 

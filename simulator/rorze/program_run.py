@@ -31,7 +31,7 @@ from simulator.rorze.operations import (
 from simulator.rorze.variables import Machine, Variables
 
 INSTRUCTION_S = 0.001
-"""From the effect of an instruction to that of the next: an assumption, the manual does not say."""
+"""Seconds from one instruction's effect to the next: an assumption, the manual does not say."""
 
 DEEPEST_CALL = 16
 
@@ -51,7 +51,7 @@ class ProgramRun:
         """The one that is executed next, or where the program has ended."""
         self.cause = NORMAL
         self.next_at: float | None = None
-        """When the next instruction is due; None while the program has ended or sleeps."""
+        """Time at which the next instruction is due; None while the program has ended or sleeps."""
         self._machine = machine
         self._variables = Variables(machine, now)
         self._program: tuple[str, ...] = ()
@@ -192,7 +192,7 @@ class ProgramRun:
         return self._found(turn)
 
     def _found(self, target: Target) -> int:
-        """Where a jump leads: after a label, or so many addresses on."""
+        """Give the address of a jump's target: that after a label, or at an offset from the present one."""
         if isinstance(target, ToLabel):
             address = self._labels.get(target.name, len(self._instructions)) + 1
         else:

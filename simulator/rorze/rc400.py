@@ -30,7 +30,7 @@ LONGEST_FRAME = 1024
 """Bytes without a CR after which the link master stops waiting for one."""
 
 SWAP_S = 0.02
-"""By so much longer every second reply takes where they are swapped."""
+"""Additional delay in seconds of every second reply where replies are swapped."""
 _FILLING = "!"
 
 _EXCESS = re.compile(rb"\r[\r\n]+\Z")
@@ -46,7 +46,7 @@ class LinkSettings:
     """Settings that the RC-420 manual leaves open about its link master; each value is an assumption."""
 
     reply_delay_s: float = 0.0
-    """From the end of a command to the start of its reply; messages of the controllers take as long."""
+    """Seconds from a command's end to the start of its reply; messages of the controllers take as long."""
     error_codes: bool = True
     """True if a refusal carries its code: `@4A` or just `@` (RC-420 manual 12)."""
     absent_bodies: Literal["silent", "error"] = "silent"
@@ -109,8 +109,8 @@ A = TypeVar("A", bound=Axis)
 class Rc400(Generic[A]):
     """The link master and the line in front of it, faults included.
 
-    Every frame of the host has a running number, from 1, in the order of their CRs. Whatever it brought about
-    carries that number in the truth log, the reply included.
+    Every frame of the host has a running number, from 1, in the order of their CRs. Its effects in the truth
+    log carry that number, the reply included.
     """
 
     def __init__(
@@ -130,14 +130,14 @@ class Rc400(Generic[A]):
         self._now = -inf
         self._wakes = {body: at for body, axis in self.axes.items() if (at := axis.wake_at()) is not None}
         self._brown_outs: dict[int, float] = {}
-        """Until when bodies are without power after a brown-out."""
+        """Ends of the brown-outs of bodies, as times."""
         self._events_on = self._move_ends_on = False
         self._groups: dict[int, list[int]] = {}
         self._boot()
 
     @property
     def requests(self) -> int:
-        """How many frames the host has sent."""
+        """The number of frames that the host has sent."""
         return self._wire.requests
 
     # Power
@@ -293,7 +293,7 @@ class Rc400(Generic[A]):
         self._send(text, number, now)
 
     def _answer(self, request: Request, now: float) -> Response | None:
-        """The answer of the one who is addressed; None if nobody is there."""
+        """The answer of the addressed body, group or link master; None if the address is vacant."""
         if request.too_long():
             if self.settings.overlong == "refused":
                 return self._refusal(TOO_LONG)
@@ -415,7 +415,7 @@ class Rc400(Generic[A]):
             self._announce(f">&{MOVE_ENDED:02X}{code}{members}", at)
 
     def _plan_collection(self, body: int, axis: A) -> None:
-        """Collect a text of a user program, unless nobody has asked for it; until then it waits (JMG)."""
+        """Plan to collect a user program's text once the host wants events; until then it waits (JMG)."""
         since = axis.text_since()
         if since is None or body in self._collecting or not (self.powered and self._events_on):
             return

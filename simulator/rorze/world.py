@@ -9,7 +9,7 @@ STALL, ORIGIN, CW_LIMIT, CCW_LIMIT, IN_POSITION, EMS = range(6)
 """The sensors in the bit order of CLD."""
 
 SENSORS, INPUTS = 6, 10
-"""How many sensors and general inputs there are."""
+"""Numbers of sensors and of general inputs."""
 
 CW: Direction = 1
 CCW: Direction = -1
@@ -47,10 +47,10 @@ class Slits(NamedTuple):
 
 DOG, CW_END, CCW_END = Span(-1_000, -800), Span(1_000_000, 1_001_000), Span(-1_001_000, -1_000_000)
 DISC = Slits(-1_210, 2_048)
-"""As delivered: a short way CW of the origin sensor, far from the limits, with the disc QIS expects."""
+"""The disc as delivered: a short way CW of the origin sensor, far from the limits, as QIS expects it."""
 
 ENCODER = 4.0
-"""As delivered: one count a pulse with the factory's multiplier, as the factory's ratio has it."""
+"""The encoder as delivered: one count a pulse with the factory's multiplier and ratio."""
 
 
 @dataclass
@@ -73,7 +73,7 @@ class World:
     forced: dict[int, bool] = field(default_factory=dict)
 
     def shaft(self, pulses: int) -> int:
-        """Where the shaft is after so many pulses."""
+        """Give the place of the shaft when its driver has been given `pulses`."""
         return pulses - self.slipped
 
     def levels(self, pulses: int) -> int:

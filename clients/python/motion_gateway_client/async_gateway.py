@@ -65,7 +65,7 @@ class AsyncGateway(AsyncOperations):
         key = key or os.environ.get("MOTION_GATEWAY_KEY")
         self._timeout_s = timeout
         self._tokens: list[str] = []
-        """The heartbeats of the leases that last."""
+        """Tokens of the leases that are held, sent with every request."""
         self._http = http or httpx.AsyncClient(base_url=url, timeout=timeout, limits=LIMITS)
         if key:
             self._http.headers["Authorization"] = f"Bearer {key}"

@@ -158,7 +158,7 @@ def _works(disk: Disk, most: int) -> list[tuple[str, str]]:
 def _last_id(disk: Disk) -> str:
     """Find the greatest id of all tables; a damaged one counts for nothing."""
     tables = ("moves", "intents", "alarms", "works")
-    greatest = [disk.rows(f"SELECT id FROM {it} ORDER BY id DESC LIMIT 1") for it in tables]  # noqa: S608  # no input
+    greatest = [disk.rows(f"SELECT id FROM {table} ORDER BY id DESC LIMIT 1") for table in tables]  # noqa: S608  # no input
     ids = [str(last) for rows in greatest for (last,) in rows]
     return max(filter(re.compile("[0-9a-f]{20}").fullmatch, ids), default="0")
 

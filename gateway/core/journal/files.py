@@ -121,7 +121,10 @@ def _require_present_tables(connection: sqlite3.Connection) -> None:
 def _forget_once(connection: sqlite3.Connection, kept: Retention) -> int:
     connection.execute("BEGIN IMMEDIATE")
     (ran_s,) = connection.execute("SELECT max(value) FROM meta WHERE name = ?", (RAN_S,)).fetchone()
-    rows = sum(connection.execute(it.sql, it.values).rowcount for it in forget(float(ran_s or 0.0), kept))
+    rows = sum(
+        connection.execute(statement.sql, statement.values).rowcount
+        for statement in forget(float(ran_s or 0.0), kept)
+    )
     connection.execute("COMMIT")
     return rows
 

@@ -61,7 +61,7 @@ class _Undertaking(Generic[X]):
         """Give the commands that are to be written down with the first one; only once."""
         commands, self._commands = self._commands, None
         found = [] if commands is None else list(commands())
-        place = next((place for place, it in enumerate(found) if it.frame == first.frame), -1)
+        place = next((place for place, intent in enumerate(found) if intent.frame == first.frame), -1)
         return found[place + 1 :]
 
     def note_durable(self, intent_id: str) -> None:
@@ -84,7 +84,7 @@ class _Undertaking(Generic[X]):
     def end(self) -> list[str]:
         """Nothing more comes; gives the intents that nothing was written for."""
         self.is_open = False
-        return [it for unused in self._unused.values() for it in unused]
+        return [intent for unused in self._unused.values() for intent in unused]
 
 
 _UNDERTAKING: ContextVar[_Undertaking[Any] | None] = ContextVar("undertaking", default=None)
@@ -176,11 +176,11 @@ class Intents(Generic[X]):
             _admit(exchange, admit)
             return
         if len(self._held) >= QUEUE_LIMIT:
-            require_room(sum(it.target == exchange.target for it in self._held), "target")
+            require_room(sum(held.target == exchange.target for held in self._held), "target")
         exchange.intent = own = _new_id()
         to_come = [] if whole is None else whole.still_to_come(exchange)
-        intents = {own: exchange} | {f"{own}{place:04x}": it for place, it in enumerate(to_come, 1)}
-        entries = [self._entry(it, intent_id) for intent_id, it in intents.items()]
+        intents = {own: exchange} | {f"{own}{place:04x}": later for place, later in enumerate(to_come, 1)}
+        entries = [self._entry(intent, intent_id) for intent_id, intent in intents.items()]
         self._follow(exchange, whole)
         self._held[exchange] = None
         self._gathered.append(_Held(exchange, intents, whole, entries, admit))
@@ -206,7 +206,7 @@ class Intents(Generic[X]):
         """Admit no more what is not wanted any more."""
         if self._gathered:
             self._write_down()  # before it is noted what became of it
-        for exchange in [it for it in self._held if unwanted(it)]:
+        for exchange in [held for held in self._held if unwanted(held)]:
             del self._held[exchange]
             exchange.settle(reason)
 

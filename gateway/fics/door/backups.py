@@ -132,7 +132,9 @@ async def signs(plant: Plant, address: str) -> ComparisonOrder:
     night = await text_of_night(plant, address, LAST)
     found = (await aside(check_robot, plant, address, night)).without(["variables"])
     for unit in found.units.values():
-        unit.settings = {name: it for name, it in (unit.settings or {}).items() if name not in SPEEDS}
+        unit.settings = {
+            name: setting for name, setting in (unit.settings or {}).items() if name not in SPEEDS
+        }
     return for_robot(plant, address, found)
 
 

@@ -16,9 +16,11 @@ class FicsCommandInfo(CommandInfoBase):
 
     family: Literal["fics"]
     addressed_to: Literal["robot", "unit"]
-    answered: WhenAnswered = Field(description="When it is answered; Ver.2 answers only `always`.")
-    blocked_by: list[Block] = Field(description="What makes the robot refuse it; the manual's letters.")
-    during_upload: bool = Field(description="Whether it is allowed between POF 1 and POF 2.")
+    answered: WhenAnswered = Field(description="Condition of an answer; Ver.2 answers only `always`.")
+    blocked_by: list[Block] = Field(
+        description="Conditions in which the robot refuses it, by the manual's letters."
+    )
+    during_upload: bool = Field(description="True if it is allowed between POF 1 and POF 2.")
 
 
 INFO = FicsCommandInfo

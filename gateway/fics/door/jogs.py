@@ -21,7 +21,7 @@ ROWS: Final = Rows("jogs")
 
 
 class JogRequest(RequestModel, json_schema_extra=example(unit=2, axis="X", direction="+")):
-    """Which axis to jog, and which way (C-HOST manual 2-2)."""
+    """The axis to jog, and its direction (C-HOST manual 2-2)."""
 
     unit: Unit
     axis: AxisName = Field(description="X Y Z .. for a user axis, A B C .. for a motor axis, @ for theta.")
@@ -37,7 +37,7 @@ async def start_jog(plant: Plant, robot: Robot, jog: JogRequest) -> Result:
 
 @ROWS.post("/robots/{robot_id}/jogs/{jog_id}/heartbeat", Right.OPERATE)
 async def keep_jogging(robot: Robot, jog_id: str) -> JogSession:
-    """Let the axis move for another half second; 409 when it is being stopped, or nobody can reach it."""
+    """Let the axis move for another half second; 409 when it is being stopped, or cannot be reached."""
     return robot.jogs.heartbeat(jog_id)
 
 

@@ -89,8 +89,8 @@ async def run_macro(
 async def get_robot_samples(target: Target, move_id: str) -> RobotSamples:
     """Get where a unit was seen during a move, and where its settings lead an axis that goes alone.
 
-    How a robot times several axes, or an S-curve, no command tells: there `note` says why nothing is planned.
-    The settings are read from the robot when somebody first asks.
+    No command tells the timing of several axes, or of an S-curve: `note` says then why nothing is planned.
+    The settings are read from the robot at the first request for the samples.
     """
     told: RobotSamples = await moving.samples(target, move_id)
     return told
@@ -104,10 +104,10 @@ async def download_robot_samples(target: Target, move_id: str) -> PlainText:
     header = ["time", "time_s", *columns, *(f"planned {column}" for column in columns)]
     rows = (
         [
-            *(it.time.isoformat(), it.time_s),
-            *(it.axes.get(axis) for axis in told.units),
-            *((it.planned or {}).get(axis) for axis in told.units),
+            *(sample.time.isoformat(), sample.time_s),
+            *(sample.axes.get(axis) for axis in told.units),
+            *((sample.planned or {}).get(axis) for axis in told.units),
         ]
-        for it in told.samples
+        for sample in told.samples
     )
     return PlainText(csv_of(header, rows))

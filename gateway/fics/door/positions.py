@@ -33,7 +33,7 @@ Numbered = tuple[int, list[float | None]]
 """A position's number, and its coordinates in the order of the axes."""
 
 Wanted = tuple[int, list[float | None] | None]
-"""The same to be stored; without coordinates, where the unit stands."""
+"""A position to be stored: its number and coordinates; without coordinates, where the unit stands."""
 
 
 class Stored(NamedTuple):
@@ -50,7 +50,9 @@ class PositionEntry(RequestModel):
     number: PositionNumber
     axes: Annotated[Amounts, Field(min_length=1)] | None = Field(
         default=None,
-        description="By name; an axis that is not named is left out. Without axes, where the unit stands.",
+        description=(
+            "Coordinates by name; an axis that is not named is left out. Without axes, where the unit stands."
+        ),
     )
 
 
@@ -71,7 +73,9 @@ class StoredEntry(BaseModel):
     """A stored position."""
 
     number: int
-    axes: dict[str, AxisValue] = Field(description="By name, without the axes it has no coordinate for.")
+    axes: dict[str, AxisValue] = Field(
+        description="Coordinates by name, without the axes it has no coordinate for."
+    )
 
 
 class PositionTable(BaseModel):
@@ -117,16 +121,18 @@ async def store_positions(
     A number alone stores where the unit stands; refused while it moves, and where an axis is not homed.
     `If-Match` is the ETag of the positions from `first` to `last`, which are read first then.
     """
-    it = robot.unit(unit)
-    upload.require_unchanged(table_of(it, Stored([], None)))
+    addressed = robot.unit(unit)
+    upload.require_unchanged(table_of(addressed, Stored([], None)))
     wanted: list[Wanted] = [
         (
             entry.number,
-            None if entry.axes is None else numbers(f"positions.{index}.axes", it, it.axes, entry.axes),
+            None
+            if entry.axes is None
+            else numbers(f"positions.{index}.axes", addressed, addressed.axes, entry.axes),
         )
         for index, entry in enumerate(upload.positions)
     ]
-    return await store(robot, it, wanted, (first, last), expects)
+    return await store(robot, addressed, wanted, (first, last), expects)
 
 
 @TABLES.get(

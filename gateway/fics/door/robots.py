@@ -41,7 +41,7 @@ class AxisInfo(BaseModel):
     """An axis as it is configured."""
 
     name: str
-    unit: str = Field(description="Of its coordinates: mm, pulse or degree.")
+    unit: str = Field(description="Unit of its coordinates: mm, pulse or degree.")
     speed_unit: str
 
 
@@ -67,16 +67,23 @@ class RobotInfo(BaseModel):
     line_state: LineState
     down_reason: str | None = Field(description="Why the line's port is not open; null while it is.")
     name: str
-    online: bool = Field(description="Whether it can be asked now, as far as is known.")
-    mode: int = Field(description="Its communication mode: 3, or 2, in which ends are found by polling.")
+    online: bool = Field(description="True if it can be asked now, as far as is known.")
+    mode: int = Field(description="Communication mode: 3, or 2, in which ends are found by polling.")
     moving: bool | None = Field(
-        description="Null while out of reach or after a move whose end nobody saw, until it is looked at."
+        description=(
+            "True if an axis moves; null while out of reach, or until it is looked at after a move with an "
+            "unseen end."
+        )
     )
-    power_cycled: bool = Field(description="It has lost its power; motion is refused until acknowledged.")
+    power_cycled: bool = Field(
+        description="True if it has lost its power; motion is refused until that is acknowledged."
+    )
     error: RobotErrorRecord | None = Field(description="The error that stands, as far as is known.")
     bit_mismatches: list[str] = Field(
-        description="What its units showed when they stood still, homed, that status_bits and sensor_bits of "
-        "the configuration do not explain."
+        description=(
+            "Bits of units that stood still, homed, which status_bits and sensor_bits of the configuration "
+            "do not explain."
+        )
     )
     missing_units: list[int] = Field(
         description="Units of the configuration that the robot says it does not have."
@@ -99,7 +106,7 @@ class RobotList(BaseModel):
 class AxisPlace(BaseModel):
     """Where an axis stands."""
 
-    value: float | None = Field(description="Null while the robot does not know it.")
+    value: float | None = Field(description="Coordinate; null while the robot does not know it.")
     unit: str = Field(description="mm, pulse or degree.")
     reason: UnknownReason | None = Field(
         description="Why it is not known: not homed, homing or a macro or automatic operation under way, no "
@@ -114,8 +121,8 @@ class UnitPosition(BaseModel):
     unit: int
     coordinates: Coordinates
     axes: dict[str, AxisPlace]
-    read_at: datetime = Field(description="When the robot's answer came.")
-    age_ms: float = Field(description="How old the answer was when it was passed on.")
+    read_at: datetime = Field(description="Time of the robot's answer.")
+    age_ms: float = Field(description="Age of the answer in ms when it was passed on.")
 
 
 class AxisState(BaseModel):
@@ -137,9 +144,11 @@ class UnitStatus(BaseModel):
 
     robot_id: str
     unit: int
-    moving: bool = Field(description="Whether an axis moves, or a macro, homing or a move is under way.")
-    axes: dict[str, AxisState] = Field(description="By motor axis.")
-    read_at: datetime = Field(description="When the answer to ACD came, the first of the two.")
+    moving: bool = Field(description="The state of a unit and its axes.")
+    axes: dict[str, AxisState] = Field(
+        description="True if an axis moves, or a macro, homing or a move is under way."
+    )
+    read_at: datetime = Field(description="States of the motor axes, by name.")
     age_ms: float
 
 
@@ -149,7 +158,7 @@ class RobotErrors(BaseModel):
     robot_id: str
     errors: list[RobotErrorRecord]
     looked_at: datetime | None = Field(
-        description="When the robot has last told which error stands; null while it never has."
+        description="Time at which the robot last told its present error; null while it never has."
     )
 
 
@@ -244,8 +253,8 @@ class MacroInfo(BaseModel):
     """A macro by its name."""
 
     name: str
-    title: str | None = Field(description="What it does, from the configuration; null where it is not there.")
-    refused: bool = Field(description="Whether the robot has refused it as unknown when it was last called.")
+    title: str | None = Field(description="Title of the macro in the configuration; null without one.")
+    refused: bool = Field(description="True if the robot refused it as unknown at the last call.")
 
 
 class MacroList(BaseModel):

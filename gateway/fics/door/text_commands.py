@@ -26,12 +26,12 @@ class RobotRawRequest(RequestModel, json_schema_extra=example(text="VER")):
 
 
 class RobotRawReply(BaseModel):
-    """What was answered."""
+    """The bytes that were sent, and the answers to them."""
 
     robot_id: str
     sent: str = Field(description="The exact bytes, the terminator as \\r.")
     replies: list[str] = Field(
-        description="What followed the name in each answer, as it came; none where mode 2 answers nothing."
+        description="Text behind the name in each answer, as it came; none where mode 2 answers nothing."
     )
 
 

@@ -44,7 +44,7 @@ from protocols.rorze.user_program.assembler import Assembled
 
 ROWS: Final = Rows("backups")
 TEXTS: Final = Rows("backups")
-"""As text alone, read while the request waits."""
+"""Rows of backups as text alone, read while the request waits."""
 SMALL = "[body 3F]\n[settings]\n0SS10 ; origin offset, pulses\n"
 Bodies = Annotated[str | None, Field(description="These only, joined by commas: 00,3F. Left out: all.")]
 
@@ -86,7 +86,7 @@ def _of_bodies(plant: Plant, target: str, bodies: Sequence[Body]) -> ReadingOrde
         rorze.restores.require_none(body.address)
         rorze.uploads.require_none(body)
 
-    sources = [BodySource(it, partial(require_free, it), plant.names.of(it.address)) for it in bodies]
+    sources = [BodySource(body, partial(require_free, body), plant.names.of(body.address)) for body in bodies]
     return ReadingOrder(target, backup.PREAMBLE, sources)
 
 
@@ -118,7 +118,7 @@ def for_line(
     """
     if chosen is None:
         sources = {body: body.number for body in _bodies_of(plant, line_id) if body.number in found}
-        unknown = [f"{it:02X}" for it in found.keys() - set(sources.values())]
+        unknown = [f"{number:02X}" for number in found.keys() - set(sources.values())]
         if unknown:
             raise InvalidRequest(
                 f"The line {line_id} has no body {', '.join(sorted(unknown))}; nothing was sent.",
@@ -137,7 +137,7 @@ def _controllers(
         if source not in found:
             raise InvalidRequest(
                 f"The backup has nothing of body {source:02X}; "
-                f"{there_are([f'{it:02X}' for it in found])}; nothing was sent.",
+                f"{there_are([f'{number:02X}' for number in found])}; nothing was sent.",
                 "Name the body of the backup by `from_body`.",
             )
     held = {body: backup.for_body(found[source], body, units) for body, source in sources.items()}
@@ -155,7 +155,7 @@ def _number(body: str) -> int:
 
 def _chosen(plant: Plant, line_id: str, chosen: Sequence[str]) -> list[Body]:
     bodies, rorze = _bodies_of(plant, line_id), plant.family(Rorze)
-    named = [rorze.body(it if "." in it else f"{line_id}.{it}") for it in dict.fromkeys(chosen)]
+    named = [rorze.body(name if "." in name else f"{line_id}.{name}") for name in dict.fromkeys(chosen)]
     if not all(body in bodies for body in named):
         raise InvalidRequest(f"bodies: not all are on the line {line_id}; nothing was sent.")
     return named
@@ -175,9 +175,11 @@ class OfBodies(ComparisonRequest):
     without: list[Section] | None = Field(None, description=WITHOUT)
     units: Units | None = Field(
         None,
-        description="For a backup made at another scale (`[scale]`), which is refused else. keep_pulses: the "
-        "same pulses, which are other lengths; convert: the same lengths, speeds and accelerations, to the "
-        "nearest pulse.",
+        description=(
+            "Conversion of a backup made at another scale (`[scale]`), which is refused else. keep_pulses: "
+            "the same pulses, which are other lengths; convert: the same lengths, speeds and accelerations, "
+            "to the nearest pulse."
+        ),
     )
 
 
@@ -286,8 +288,8 @@ async def _for_body(plant: Plant, body_id: str, wanted: BodyComparisonRequest) -
 async def _held(plant: Plant, line_id: str, wanted: OfBodies) -> Held:
     """Read the bodies of a backup; errors as of `check_bodies` and `text_of_night`."""
     found = await aside(check_bodies, await text_of(plant, line_id, wanted))
-    left = {number: it.without(wanted.without or ()) for number, it in found.items()}
-    if not any(it.sections for it in left.values()):
+    left = {number: contents.without(wanted.without or ()) for number, contents in found.items()}
+    if not any(contents.sections for contents in left.values()):
         raise InvalidRequest("without: nothing of the backup is left; nothing was sent.", "Name fewer.")
     return left
 
@@ -295,8 +297,10 @@ async def _held(plant: Plant, line_id: str, wanted: OfBodies) -> Held:
 def _require_ends(plant: Plant, target: ComparisonOrder) -> None:
     """Refuse programs with a move that only a stop ends; errors as of `EndlessPrograms.forbid`."""
     endless = plant.family(Rorze).endless
-    for it in target.controllers:
-        if isinstance(it, BodyRestore) and isinstance(program := it.wanted.program, Assembled):
+    for controller in target.controllers:
+        if isinstance(controller, BodyRestore) and isinstance(
+            program := controller.wanted.program, Assembled
+        ):
             endless.forbid(program.instructions, program.lines, "Nothing was sent", "backup")
 
 
@@ -333,7 +337,7 @@ async def signs(plant: Plant, address: str) -> ComparisonOrder:
     if body.number not in held:
         raise NotFound(f"The backup has nothing of {address}.")
     settings = held[body.number].places.get("settings", {})
-    kept = {key: it for key, it in settings.items() if not isinstance(it, SetOutputs)}
+    kept = {key: command for key, command in settings.items() if not isinstance(command, SetOutputs)}
     return for_body(plant, address, {body.number: Contents({"settings": kept})}, None)
 
 

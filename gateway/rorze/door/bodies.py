@@ -59,17 +59,18 @@ class BodyInfo(TypedDict):
     """A body as the gateway knows it, without asking it."""
 
     # No model: nothing of it comes from outside, and a list of 120 has no time for checks.
-    body_id: Annotated[str, Field(description="Its unique address, such as arm.3F.")]
+    body_id: Annotated[str, Field(description="Unique address, such as arm.3F.")]
     line_id: str
     name: str
-    online: Annotated[bool, Field(description="Whether it can be asked now, as far as is known.")]
-    last_heard_at: Annotated[datetime | None, Field(description="When it last answered anything.")]
+    online: Annotated[bool, Field(description="True if it can be asked now, as far as is known.")]
+    last_heard_at: Annotated[datetime | None, Field(description="Time at which it last answered anything.")]
     known_age_s: Annotated[
         float | None,
         Field(description="Age of the reading in seconds; null if it never answered."),
     ]
     moving: Annotated[
-        bool | None, Field(description="Null while out of reach, and until its status is read.")
+        bool | None,
+        Field(description="True if the motor moves; null while out of reach, and until its status is read."),
     ]
     move_id: Annotated[str | None, Field(description="The move that is not over yet.")]
     homed: Annotated[
@@ -81,8 +82,10 @@ class BodyInfo(TypedDict):
     power_cycled: Annotated[
         bool,
         Field(
-            description="It has lost its power; motions to places are refused until it is homed, its "
-            "position is set, or that is acknowledged."
+            description=(
+                "True if it has lost its power; motions to places are refused until it is homed, its "
+                "position is set, or that is acknowledged."
+            )
         ),
     ]
     unit: Annotated[str | None, Field(description="The unit of its scale; null without one.")]
@@ -91,14 +94,19 @@ class BodyInfo(TypedDict):
     counted_in: Annotated[
         CountedIn | None,
         Field(
-            description="Of the position; null until its operating mode is read, as `position` of a body and "
-            "its live values have it, and again after it may have changed."
+            description=(
+                "Unit of the position; null until its operating mode is read, as `position` of a body and "
+                "its live values have it, and again after it may have changed."
+            )
         ),
     ]
     position: Annotated[
         int | None,
         Field(
-            description="In `counted_in`, as last read; null until it was read since it was called otherwise."
+            description=(
+                "Position as last read, in `counted_in`; null until it was read since it was called "
+                "otherwise."
+            )
         ),
     ]
     position_read_at: datetime | None
@@ -119,10 +127,10 @@ class Position(BaseModel):
     counted_in: CountedIn | None = Field(
         description="encoder_counts in encoder mode (RC-420 manual 13.1.3); null where the mode is not known."
     )
-    value: float | None = Field(description="The same in `unit`; null without a scale.")
+    value: float | None = Field(description="Position in `unit`; null without a scale.")
     unit: str | None
-    read_at: datetime = Field(description="When the controller's answer came.")
-    age_ms: float = Field(description="How old the answer was when it was passed on.")
+    read_at: datetime = Field(description="Time of the controller's answer.")
+    age_ms: float = Field(description="Age of the answer in ms when it was passed on.")
 
 
 class PositionToCall(SentBack, json_schema_extra=example(value=0, unit="pulse")):
@@ -194,8 +202,8 @@ class MotorStatus(BaseModel):
     body_id: str
     moving: bool
     status: StatusBits
-    read_at: datetime = Field(description="When the controller's answer came.")
-    age_ms: float = Field(description="How old the answer was when it was passed on.")
+    read_at: datetime = Field(description="Time of the controller's answer.")
+    age_ms: float = Field(description="Age of the answer in ms when it was passed on.")
 
 
 class LineStatuses(BaseModel):
@@ -209,7 +217,7 @@ class LineStatuses(BaseModel):
 class StallFound(BaseModel):
     """A STALL error that stands: moves are refused until it is cleared or the axis homed."""
 
-    finder: StallFinder = Field(description="By QRD, or by PRD.")
+    finder: StallFinder = Field(description="Finder that raised it: QRD or PRD tells of it.")
     reset: str = Field(description="The route that clears it: POST, with {}.")
 
 
@@ -220,12 +228,12 @@ class BodyStatus(BaseModel):
     moving: bool
     status: StatusBits
     sensors: SensorBits
-    stalls: list[StallFound] = Field(description="Which finder has raised a STALL error that stands.")
+    stalls: list[StallFound] = Field(description="Finders whose STALL error stands.")
     end_causes: list[str] = Field(
         description="Why the last move ended: stall, cw_limit, ccw_limit, ems, stop_command; "
         "empty after a normal end, and while the motor moves."
     )
-    read_at: datetime = Field(description="When the first of the three answers came.")
+    read_at: datetime = Field(description="Time of the first of the three answers.")
     age_ms: float
 
 
@@ -361,11 +369,11 @@ async def _sweep(
     rorze = plant.family(Rorze)
     line = rorze.lines[line_id]
     results = await rorze.sweep_of(line).ask(rorze.bodies_of(line), command)
-    told = {body: it for body, it in results.items() if not isinstance(it, GatewayError)}
+    told = {body: result for body, result in results.items() if not isinstance(result, GatewayError)}
     unanswered = [
-        Unanswered(body_id=body.address, detail=it.detail)
-        for body, it in results.items()
-        if isinstance(it, GatewayError)
+        Unanswered(body_id=body.address, detail=result.detail)
+        for body, result in results.items()
+        if isinstance(result, GatewayError)
     ]
     return told, unanswered
 
@@ -422,7 +430,7 @@ class RawReply(BaseModel):
 
     body_id: str
     sent: str = Field(description="The exact bytes, CR as \\r.")
-    reply: str = Field(description="What followed the code in the reply, as it came.")
+    reply: str = Field(description="Text behind the code in the reply, as it came.")
     age_ms: float
 
 

@@ -26,8 +26,8 @@ class CommandInfo(CommandInfoBase):
     family: Literal["rorze"]
     addressed_to: Literal["body", "line"]
     modes: list[ModeName] = Field(description="Operating modes in which it is allowed.")
-    while_moving: bool = Field(description="Whether it is allowed while the motor moves.")
-    in_programs: bool = Field(description="Whether it is allowed in user programs.")
+    while_moving: bool = Field(description="True if it is allowed while the motor moves.")
+    in_programs: bool = Field(description="True if it is allowed in user programs.")
     errors: list[CommandError]
 
 

@@ -22,7 +22,7 @@ ROWS: Final = Rows("groups")
 class GroupInfo(BaseModel):
     """A group and its members."""
 
-    group_id: str = Field(description="Its unique address, such as arm.80.")
+    group_id: str = Field(description="Unique address, such as arm.80.")
     line_id: str
     name: str
     members: list[str] = Field(description="Addresses of the bodies, in the order of their replies.")
@@ -73,7 +73,7 @@ async def define_group(plant: Plant, group_id: GroupId, definition: GroupDefinit
     rorze = plant.family(Rorze)
     address = numbered_address(group_id)
     home = address.rpartition(".")[0]
-    reached = (f"{home}.{it}" if home and "." not in it else it for it in definition.members)
+    reached = (f"{home}.{member}" if home and "." not in member else member for member in definition.members)
     require(plant, Right.SETUP, address, *reached)  # on all that it will reach
     present = _present(rorze, group_id)
     if present is not None:

@@ -87,8 +87,8 @@ async def start_group_move(
 async def get_samples(target: Target, move_id: str) -> BodySamples:
     """Get where a body was seen during a move, and where the plan has it, for the settings of the move.
 
-    The settings for the plan are read from the controller when somebody first asks. The newest 200 moves have
-    samples until the gateway ends; one that is under way has those until now.
+    The settings for the plan are read from the controller at the first request for the samples. The newest
+    200 moves have samples until the gateway ends; one that is under way has those until now.
     """
     told: BodySamples = await moving.samples(target, move_id)
     return told
@@ -100,8 +100,14 @@ async def download_samples(target: Target, move_id: str) -> PlainText:
     told: BodySamples = await moving.samples(target, move_id)
     scaled = [f"value {told.unit}"] if told.unit else []
     rows = (
-        [it.time.isoformat(), it.time_s, it.pulses, it.planned_pulses, *([it.value] if scaled else [])]
-        for it in told.samples
+        [
+            sample.time.isoformat(),
+            sample.time_s,
+            sample.pulses,
+            sample.planned_pulses,
+            *([sample.value] if scaled else []),
+        ]
+        for sample in told.samples
     )
     return PlainText(csv_of(["time", "time_s", "pulses", "planned_pulses", *scaled], rows))
 
@@ -122,7 +128,7 @@ async def start_body_jog(plant: Plant, body: Body, jog: BodyJogRequest) -> Opene
 
 @JOGS.post("/bodies/{body_id}/jogs/{jog_id}/heartbeat", Right.OPERATE)
 async def keep_jogging_body(rorze: Rorze, body: Body, jog_id: str) -> BodyJog:
-    """Let the motor move for another half second; 409 when it is being stopped, or nobody can reach it."""
+    """Let the motor move for another half second; 409 when it is being stopped, or cannot be reached."""
     return rorze.jogs.heartbeat(jog_id, body)
 
 

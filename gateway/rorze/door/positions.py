@@ -31,7 +31,7 @@ from gateway.rorze.units import Length
 
 ROWS: Final = Rows("positions")
 TABLES: Final = Rows("positions")
-"""As CSV."""
+"""Rows of the table as CSV."""
 HEADER: Final = ("number", "pulse")
 MAX_CSV_BYTES: Final = 65_536
 """A whole table of 2048 positions of ten digits."""
@@ -51,11 +51,15 @@ class PositionToStore(SentBack):
     read_only = frozenset(("value", "unit"))
 
     number: PositionNumber
-    position: Length | None = Field(default=None, description="Left out, where the motor stands.")
+    position: Length | None = Field(
+        default=None, description="Position to store; left out, where the motor stands."
+    )
     pulses: Annotated[int, Field(gt=-1_000_000_000, lt=1_000_000_000)] | None = Field(
         default=None, description="Instead of `position`: as GET gives it, encoder counts in encoder mode."
     )
-    name: Name | None = Field(default=None, description="Left out or null, it keeps the name it has.")
+    name: Name | None = Field(
+        default=None, description="Name of the position; left out or null, it keeps the name it has."
+    )
 
     @model_validator(mode="after")
     def _one_place(self) -> Self:
@@ -84,7 +88,7 @@ class PositionsToStore(
 class PositionName(RequestModel, json_schema_extra=example(name="unload")):
     """A name for a position."""
 
-    name: Name | None = Field(description="Null takes the name away.")
+    name: Name | None = Field(description="Name of the position; null takes the name away.")
 
 
 class PositionLabel(BaseModel):
@@ -101,8 +105,10 @@ class BodyPositions(BaseModel):
     body_id: str
     positions: list[NamedPosition]
     flash: dict[int, int] = Field(
-        description="What flash memory holds of these, by number, as `pulses`: what counts at power-on. "
-        "Only what is known: the gateway has to have seen that the table was saved (FPS) or loaded (FPD)."
+        description=(
+            "Positions in flash memory, by number, as `pulses`: those that count at power-on. Only known "
+            "ones: the gateway has to have seen that the table was saved (FPS) or loaded (FPD)."
+        )
     )
 
 
@@ -169,9 +175,9 @@ async def store_body_positions(
 async def upload_body_position_table(
     plant: Plant, body: Body, upload: PositionsToStore, *, wait: Wait = None
 ) -> TableUpload:
-    """Begin to store positions as `PUT .../positions` does; the record at `Location` tells how far it is.
+    """Begin to store positions as `PUT .../positions` does; the record at `Location` tells the progress.
 
-    What takes long does so without holding a request: all 2048 positions take four minutes at 9600 baud.
+    The request is not held meanwhile: all 2048 positions take four minutes at 9600 baud.
     """
     wanted, names = _of(body, upload)
     await _require_unchanged(plant, body, upload)
@@ -206,7 +212,9 @@ async def download_body_positions(
 ) -> PlainText:
     """Read stored positions as CSV: the columns `number` and `pulse`."""
     table = await list_body_positions(plant, body, first=first, last=last)
-    return PlainText(csv_of(HEADER, [(it.number, it.pulses) for it in table.positions]), table)
+    return PlainText(
+        csv_of(HEADER, [(position.number, position.pulses) for position in table.positions]), table
+    )
 
 
 @TABLES.put(
@@ -293,7 +301,7 @@ async def begin_to_store(
 
     async def name_all(held: Sequence[TablePosition]) -> list[NamedPosition]:
         await plant.names.name(body.address, names)
-        return [named(plant, body, it) for it in held]
+        return [named(plant, body, position) for position in held]
 
     begun = plant.family(Rorze).position_uploads.start(body, wanted, flash=flash, named=name_all)
     await plant.family(Rorze).position_uploads.wait(begun, wait_s)
@@ -303,10 +311,15 @@ async def begin_to_store(
 def _of(body: Body, upload: PositionsToStore) -> tuple[list[WantedPosition], dict[int, str]]:
     """The positions of a request in pulses, and their names."""
     wanted = [
-        WantedPosition(it.number, it.pulses if it.position is None else it.position.pulses(body.scale))
-        for it in upload.positions
+        WantedPosition(
+            position.number,
+            position.pulses if position.position is None else position.position.pulses(body.scale),
+        )
+        for position in upload.positions
     ]
-    return wanted, {it.number: it.name for it in upload.positions if it.name is not None}
+    return wanted, {
+        position.number: position.name for position in upload.positions if position.name is not None
+    }
 
 
 async def _require_unchanged(plant: Plant, body: Body, upload: PositionsToStore) -> None:
@@ -314,26 +327,26 @@ async def _require_unchanged(plant: Plant, body: Body, upload: PositionsToStore)
 
     A value in the body's unit may be that of the pulses beside it, too.
     """
-    numbers = (it.number for it in upload.positions)
+    numbers = (position.number for position in upload.positions)
     upload.require_unchanged(
         BodyPositions(body_id=body.address, positions=[], flash=body.flash.positions.held_of(numbers))
     )
     scale = body.scale
-    for it in upload.positions:
+    for position in upload.positions:
         follows = {
-            "value": None if scale is None else scale.value(it.pulses or 0),
+            "value": None if scale is None else scale.value(position.pulses or 0),
             "unit": None if scale is None else scale.unit,
         }
-        if not it.told.items() <= follows.items():
-            [held] = await positions.read(body, it.number, it.number)
-            require_same(it.told, named(plant, body, held), f"positions.{it.number}.")
+        if not position.told.items() <= follows.items():
+            [held] = await positions.read(body, position.number, position.number)
+            require_same(position.told, named(plant, body, held), f"positions.{position.number}.")
 
 
 def _table_of(plant: Plant, body: Body, held: Sequence[TablePosition]) -> BodyPositions:
     return BodyPositions(
         body_id=body.address,
-        positions=[named(plant, body, it) for it in held],
-        flash=body.flash.positions.held_of(it.number for it in held),
+        positions=[named(plant, body, position) for position in held],
+        flash=body.flash.positions.held_of(position.number for position in held),
     )
 
 

@@ -26,7 +26,7 @@ MAX_PROGRAM_BYTES: Final = 262_144
 """A full program of 6039 steps, with comments."""
 MOST_TOLD: Final = 100
 """Faults of a program that are told at once."""
-Flash = Annotated[bool, Field(description="For a source in plain text: write it to flash memory too.")]
+Flash = Annotated[bool, Field(description="Size in bytes of a full program of 6039 steps, with comments.")]
 
 
 class Program(BaseModel):
@@ -58,7 +58,7 @@ class RunRequest(RequestModel, json_schema_extra=example(address=0)):
     """Where a program begins: at a label or an address, else at its first instruction."""
 
     label: Annotated[Label, BeforeValidator(_named)] | None = Field(
-        None, description="With or without its `*`."
+        None, description="Label with or without its `*`."
     )
     address: Address | None = None
     single_step: bool = Field(

@@ -14,7 +14,7 @@ SCANS: Final = Rows("lines")
 
 @SCANS.post("/lines/{line_id}/scans", Right.SETUP, leased=False, over="The scan is over.")
 async def start_scan(plant: Plant, line_id: LineId, *, wait: Wait = None) -> Scan:
-    """Ask all 120 body numbers of the line, between its other work, whether somebody is there.
+    """Ask all 120 body numbers of the line, between its other work, whether a body is there.
 
     A line with a robot has none.
     """

@@ -71,7 +71,7 @@ async def get_scara_move(target: Target, move_id: str, *, wait: Wait = None) -> 
 async def get_scara_samples(target: Target, move_id: str) -> ScaraSamples:
     """Get where the axes were seen during a move, and where the plan has each, along the path or alone.
 
-    The settings for the plan are read from the controllers when somebody first asks.
+    The settings for the plan are read from the controllers at the first request for the samples.
     """
     told: ScaraSamples = await moving.samples(target, move_id)
     return told

@@ -35,7 +35,7 @@ class ScaraAxis(BaseModel):
 
     axis: int = Field(description="0 is the base, 1 the arm, 2 the finger.")
     body_id: str
-    position: int | None = Field(description="In pulses, as last read.")
+    position: int | None = Field(description="Position in pulses, as last read.")
 
 
 class ScaraInfo(BaseModel):
@@ -45,15 +45,15 @@ class ScaraInfo(BaseModel):
     name: str
     line_id: str
     group_id: str = Field(description="The virtual body that stands for all its bodies.")
-    online: bool = Field(description="Whether all its bodies can be asked now, as far as is known.")
-    moving: bool | None = Field(description="Whether an axis moves; null while that is not known.")
+    online: bool = Field(description="True if all its bodies can be asked now, as far as is known.")
+    moving: bool | None = Field(description="True if an axis moves; null while that is not known.")
     move_id: str | None = Field(description="The move that is not over yet.")
     homed: Homed = Field(description="yes where all its bodies are, no where one has lost its power.")
     power_cycled: bool = Field(
         description="A body has lost its power: where the finger is means nothing, and moves are refused."
     )
     axes: list[ScaraAxis]
-    geometry: Geometry = Field(description="As it is configured.")
+    geometry: Geometry = Field(description="Geometry in the configuration.")
     own_path: int = Field(description="The stored path that the gateway overwrites for its lines.")
 
 
@@ -67,10 +67,10 @@ class ScaraCoordinates(ScaraPlace):
     """Where the finger of a robot is now."""
 
     scara_id: str
-    pulses: list[int] = Field(description="Of axes 0, 1 and 2.")
-    moving: bool | None = Field(description="Whether an axis moves, so that it is elsewhere by now.")
+    pulses: list[int] = Field(description="Positions of axes 0, 1 and 2.")
+    moving: bool | None = Field(description="True if an axis moves, so that the finger is elsewhere by now.")
     power_cycled: bool = Field(description="A body has lost its power: this means nothing then.")
-    read_at: datetime = Field(description="When the answer of all axes came.")
+    read_at: datetime = Field(description="Time of the answer of all axes.")
     age_ms: float
 
 
@@ -78,7 +78,7 @@ class AxisPulses(RequestModel, json_schema_extra=example(pulses=[-10149, -10000,
     """Positions of all axes."""
 
     pulses: list[Annotated[int, Field(gt=-1_000_000_000, lt=1_000_000_000)]] = Field(
-        min_length=2, max_length=3, description="Of axes 0, 1 and 2; belt-linked robots have two."
+        min_length=2, max_length=3, description="Positions of axes 0, 1 and 2; belt-linked robots have two."
     )
 
 
@@ -94,7 +94,7 @@ class WantedPlace(
     y: Distance
     angle: Angle | None = Field(
         None,
-        description="Between finger and X axis; left out, 0, or the only one of a belt-linked robot.",
+        description="Angle between finger and X axis; left out, 0, or the only one of a belt-linked robot.",
     )
 
     def place(self) -> FingerPlace:
@@ -106,7 +106,7 @@ class Kinematics(ScaraPlace):
     """Positions of the axes, and where the finger is then."""
 
     scara_id: str
-    pulses: list[int] = Field(description="Of axes 0, 1 and 2.")
+    pulses: list[int] = Field(description="Positions of axes 0, 1 and 2.")
 
 
 class ControllerGeometry(Geometry):
@@ -114,14 +114,14 @@ class ControllerGeometry(Geometry):
 
     body_id: str
     axis: int = Field(description="The one that it drives.")
-    agrees: bool = Field(description="Whether it is what the configuration has.")
+    agrees: bool = Field(description="True if it equals the geometry in the configuration.")
 
 
 class ScaraGeometry(BaseModel):
     """The geometry as it is configured and as the controllers hold it."""
 
     scara_id: str
-    agrees: bool = Field(description="Whether all controllers hold what the configuration has.")
+    agrees: bool = Field(description="True if all controllers hold the geometry in the configuration.")
     configured: Geometry
     controllers: list[ControllerGeometry]
 
@@ -152,7 +152,9 @@ class PathDefinition(
 
     read_only = frozenset(("scara_id", "path"))
 
-    points: list[ViaPoint] = Field(max_length=MOST_POINTS, description="In their order; the last is the end.")
+    points: list[ViaPoint] = Field(
+        max_length=MOST_POINTS, description="Points in their order; the last is the end."
+    )
 
 
 class StoredPoint(BaseModel):
@@ -169,13 +171,13 @@ class StoredPath(BaseModel):
 
     scara_id: str
     path: int
-    points: list[StoredPoint] = Field(description="In their order; empty where the path is.")
+    points: list[StoredPoint] = Field(description="Points in their order; empty where the path is.")
 
 
 @ROWS.get("/scaras", any_scope=True)
 async def list_scaras(plant: Plant) -> ScaraList:
     """List all SCARA robots; nothing is sent."""
-    return ScaraList(scaras=[_info(it) for it in plant.family(Scaras).all() if sees(plant, it.id)])
+    return ScaraList(scaras=[_info(scara) for scara in plant.family(Scaras).all() if sees(plant, scara.id)])
 
 
 @ROWS.get("/scaras/{scara_id}")
@@ -242,11 +244,13 @@ async def write_scara_path(scara: Scara, path: PathNumber, wanted: PathDefinitio
 
 
 def _stored(scara: Scara, path: int, points: Mapping[int, PathPoint]) -> StoredPath:
-    return StoredPath(scara_id=scara.id, path=path, points=[_point(it) for it in points.values()])
+    return StoredPath(scara_id=scara.id, path=path, points=[_point(point) for point in points.values()])
 
 
 def _point(point: PathPoint) -> StoredPoint:
-    x, y, radius = (None if it is None else Micrometres(value=it) for it in (point.x, point.y, point.radius))
+    x, y, radius = (
+        None if length is None else Micrometres(value=length) for length in (point.x, point.y, point.radius)
+    )
     return StoredPoint(x=x, y=y, radius=radius, place=point.place)
 
 
@@ -291,12 +295,14 @@ def _kinematics(scara: Scara, pulses: Sequence[int]) -> Kinematics:
 
 def _geometry(scara: Scara, found: list[HeldGeometry]) -> ScaraGeometry:
     controllers = [
-        ControllerGeometry(**dict(held.geometry), axis=held.axis, body_id=body.address, agrees=held == it)
-        for body, held, it in zip(scara.members, found, wanted(scara), strict=True)
+        ControllerGeometry(
+            **dict(held.geometry), axis=held.axis, body_id=body.address, agrees=held == configured
+        )
+        for body, held, configured in zip(scara.members, found, wanted(scara), strict=True)
     ]
     return ScaraGeometry(
         scara_id=scara.id,
-        agrees=all(it.agrees for it in controllers),
+        agrees=all(controller.agrees for controller in controllers),
         configured=Geometry.of(scara.robot),
         controllers=controllers,
     )

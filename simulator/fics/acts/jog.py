@@ -1,4 +1,4 @@
-"""JOG: axes that move until somebody stops them (C-HOST manual 2-2)."""
+"""JOG: axes that move until a stop (C-HOST manual 2-2)."""
 
 from math import copysign
 
@@ -38,7 +38,7 @@ def _start_jog(robot: Robot, command: StartJog, now: float) -> None:
 
 
 def _end(frame: Frame, axis: int, direction: float) -> float:
-    """How far a JOG could go.
+    """Give the coordinate at which a JOG ends: the soft limit, or beyond the limit sensor if not homed.
 
     :raises Refused: E07, the axis is beyond its soft limit.
     """

@@ -113,7 +113,7 @@ def prepare_finger_rotation(axis: Rc420, command: PrepareFingerRotation, now: fl
 
 @acts_out(StartInterpolation)
 def start_interpolation(axis: Rc420, command: StartInterpolation, now: float) -> None:
-    """Whatever has happened since the preparation does not change the move."""
+    """Begin the prepared move: changes of settings since the preparation do not alter it."""
     prepared = axis.prepared
     if prepared is None:
         raise Refused(NOT_SET_UP)

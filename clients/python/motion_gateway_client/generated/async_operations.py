@@ -539,9 +539,9 @@ class AsyncOperations(Protocol):
         wait: float | None = None,
         idempotency_key: str | None = None,
     ) -> TableUpload:
-        """Begin to store positions as `PUT .../positions` does; the record at `Location` tells how far it is.
+        """Begin to store positions as `PUT .../positions` does; the record at `Location` tells the progress.
 
-        What takes long does so without holding a request: all 2048 positions take four minutes at 9600 baud.
+        The request is not held meanwhile: all 2048 positions take four minutes at 9600 baud.
         """
         answer: TableUpload = await self.call(
             "POST",
@@ -892,7 +892,7 @@ class AsyncOperations(Protocol):
     async def start_scan(
         self, line_id: str, *, wait: float | None = None, idempotency_key: str | None = None
     ) -> Scan:
-        """Ask all 120 body numbers of the line, between its other work, whether somebody is there.
+        """Ask all 120 body numbers of the line, between its other work, whether a body is there.
 
         A line with a robot has none.
         """
@@ -1003,9 +1003,9 @@ class AsyncOperations(Protocol):
         return answer
 
     async def readyz(self) -> Readiness:
-        """Say whether all lines are open and set up, somebody answers on each, and the journal can be written.
+        """Say whether all lines are open and set up, a device answers on each, and the journal can be written.
 
-        A journal in trouble is no 503: nobody else could carry out the stops and reads that go on.
+        A journal in trouble is no 503: no other gateway could carry out the stops and reads that go on.
         """
         answer: Readiness = await self.call("GET", filled("/readyz"))
         return answer
@@ -1053,8 +1053,8 @@ class AsyncOperations(Protocol):
     async def get_samples(self, body_id: str, move_id: str) -> BodySamples:
         """Get where a body was seen during a move, and where the plan has it, for the settings of the move.
 
-        The settings for the plan are read from the controller when somebody first asks. The newest 200 moves have
-        samples until the gateway ends; one that is under way has those until now.
+        The settings for the plan are read from the controller at the first request for the samples. The newest
+        200 moves have samples until the gateway ends; one that is under way has those until now.
         """
         answer: BodySamples = await self.call(
             "GET", filled("/bodies/{body_id}/moves/{move_id}/samples", body_id=body_id, move_id=move_id)
@@ -1071,8 +1071,8 @@ class AsyncOperations(Protocol):
     async def get_robot_samples(self, robot_id: str, unit: int, move_id: str) -> RobotSamples:
         """Get where a unit was seen during a move, and where its settings lead an axis that goes alone.
 
-        How a robot times several axes, or an S-curve, no command tells: there `note` says why nothing is planned.
-        The settings are read from the robot when somebody first asks.
+        No command tells the timing of several axes, or of an S-curve: `note` says then why nothing is planned.
+        The settings are read from the robot at the first request for the samples.
         """
         answer: RobotSamples = await self.call(
             "GET",
@@ -1116,7 +1116,7 @@ class AsyncOperations(Protocol):
     async def keep_jogging_body(
         self, body_id: str, jog_id: str, *, idempotency_key: str | None = None
     ) -> BodyJog:
-        """Let the motor move for another half second; 409 when it is being stopped, or nobody can reach it."""
+        """Let the motor move for another half second; 409 when it is being stopped, or cannot be reached."""
         answer: BodyJog = await self.call(
             "POST",
             filled("/bodies/{body_id}/jogs/{jog_id}/heartbeat", body_id=body_id, jog_id=jog_id),
@@ -1149,7 +1149,7 @@ class AsyncOperations(Protocol):
     async def keep_jogging(
         self, robot_id: str, jog_id: str, *, idempotency_key: str | None = None
     ) -> JogSession:
-        """Let the axis move for another half second; 409 when it is being stopped, or nobody can reach it."""
+        """Let the axis move for another half second; 409 when it is being stopped, or cannot be reached."""
         answer: JogSession = await self.call(
             "POST",
             filled("/robots/{robot_id}/jogs/{jog_id}/heartbeat", robot_id=robot_id, jog_id=jog_id),
@@ -1826,7 +1826,7 @@ class AsyncOperations(Protocol):
     async def get_scara_samples(self, scara_id: str, move_id: str) -> ScaraSamples:
         """Get where the axes were seen during a move, and where the plan has each, along the path or alone.
 
-        The settings for the plan are read from the controllers when somebody first asks.
+        The settings for the plan are read from the controllers at the first request for the samples.
         """
         answer: ScaraSamples = await self.call(
             "GET", filled("/scaras/{scara_id}/moves/{move_id}/samples", scara_id=scara_id, move_id=move_id)

@@ -15,7 +15,7 @@ class AboutSetting(TypedDict):
     minimum: float | None
     maximum: float | None
     default: JsonValue
-    """What it is when nothing was written to flash memory."""
+    """Value when nothing was written to flash memory."""
 
 
 class AbsoluteMoveRequest(TypedDict):
@@ -156,7 +156,7 @@ class AxisInfo(TypedDict):
 
     name: str
     unit: str
-    """Of its coordinates: mm, pulse or degree."""
+    """Unit of its coordinates: mm, pulse or degree."""
     speed_unit: str
 
 
@@ -182,7 +182,7 @@ class AxisPlace(TypedDict):
     """Where an axis stands."""
 
     value: float | None
-    """Null while the robot does not know it."""
+    """Coordinate; null while the robot does not know it."""
     unit: str
     """mm, pulse or degree."""
     reason: Literal["not_homed", "homing", "macro", "automatic", "no_conversion", "not_known"] | None
@@ -193,7 +193,7 @@ class AxisPulses(TypedDict):
     """Positions of all axes."""
 
     pulses: list[int]
-    """Of axes 0, 1 and 2; belt-linked robots have two."""
+    """Positions of axes 0, 1 and 2; belt-linked robots have two."""
 
 
 class AxisSensorChange(TypedDict):
@@ -246,7 +246,7 @@ class AxisStatusChange(TypedDict):
 
 
 class AxisValue(TypedDict):
-    """What an axis has: a coordinate or a speed."""
+    """A coordinate or a speed of an axis, with its unit."""
 
     value: float
     unit: str
@@ -329,7 +329,7 @@ class BackupError(TypedDict):
 
 
 class BitMismatch(TypedDict):
-    """What a unit shows at rest that the configured order of bits does not explain."""
+    """Bits of a unit at rest that the configured order of bits does not explain."""
 
     unit: int
     detail: str
@@ -475,7 +475,7 @@ class BodyComparisonRequest(TypedDict):
     ]
     """Sections of the backup that are left as they are, such as positions."""
     units: NotRequired[Literal["keep_pulses", "convert"] | None]
-    """For a backup made at another scale (`[scale]`), which is refused else. keep_pulses: the same pulses, which are other lengths; convert: the same lengths, speeds and accelerations, to the nearest pulse."""
+    """Conversion of a backup made at another scale (`[scale]`), which is refused else. keep_pulses: the same pulses, which are other lengths; convert: the same lengths, speeds and accelerations, to the nearest pulse."""
     from_body: NotRequired[str | None]
     """Take what the backup has of another body: two hex digits. Else of the same number."""
 
@@ -555,31 +555,31 @@ class BodyInfo(TypedDict):
     """A body as the gateway knows it, without asking it."""
 
     body_id: str
-    """Its unique address, such as arm.3F."""
+    """Unique address, such as arm.3F."""
     line_id: str
     name: str
     online: bool
-    """Whether it can be asked now, as far as is known."""
+    """True if it can be asked now, as far as is known."""
     last_heard_at: str | None
-    """When it last answered anything."""
+    """Time at which it last answered anything."""
     known_age_s: float | None
     """Age of the reading in seconds; null if it never answered."""
     moving: bool | None
-    """Null while out of reach, and until its status is read."""
+    """True if the motor moves; null while out of reach, and until its status is read."""
     move_id: str | None
     """The move that is not over yet."""
     homed: Literal["yes", "no", "unknown"]
     """yes: homed by the gateway, and its power was kept since; no: it has lost its power."""
     power_cycled: bool
-    """It has lost its power; motions to places are refused until it is homed, its position is set, or that is acknowledged."""
+    """True if it has lost its power; motions to places are refused until it is homed, its position is set, or that is acknowledged."""
     unit: str | None
     """The unit of its scale; null without one."""
     pulses_per_unit: float | None
     groups: list[str]
     counted_in: Literal["pulses", "encoder_counts"] | None
-    """Of the position; null until its operating mode is read, as `position` of a body and its live values have it, and again after it may have changed."""
+    """Unit of the position; null until its operating mode is read, as `position` of a body and its live values have it, and again after it may have changed."""
     position: int | None
-    """In `counted_in`, as last read; null until it was read since it was called otherwise."""
+    """Position as last read, in `counted_in`; null until it was read since it was called otherwise."""
     position_read_at: str | None
     status: list[str] | None
     """The status bits that were set when last read."""
@@ -606,9 +606,9 @@ class BodyInputs(TypedDict):
 
     body_id: str
     read_at: str
-    """When the controller's answer came."""
+    """Time of the controller's answer."""
     age_ms: float
-    """How old the answer was when it was passed on."""
+    """Age of the answer in ms when it was passed on."""
     inputs: list[SignalState]
 
 
@@ -616,7 +616,7 @@ class BodyJog(TypedDict):
     """A body that jogs, or has jogged."""
 
     id: str
-    """Of the jog, and of the move it makes."""
+    """Id of the jog, and of the move it makes."""
     state: Literal["jogging", "stopping", "ended", "lost", "stopped"]
     """`stopping`: it is told to stop, and may still move. `ended`, `lost` and `stopped`: it was seen to stand still. `ended`: by request, or by itself as at its limit; `lost`: for want of a heartbeat; `stopped`: with all that moves there, or at the end of the gateway."""
     ends_as: Literal["ended", "lost", "stopped"] | None
@@ -627,7 +627,7 @@ class BodyJog(TypedDict):
     direction: Literal["cw", "ccw"]
     speed: Literal["high", "low"]
     distance: int
-    """So far it goes at most, in pulses; encoder counts in encoder mode."""
+    """Longest way in pulses; encoder counts in encoder mode."""
 
 
 class BodyJogEndedEvent(TypedDict):
@@ -663,7 +663,7 @@ class BodyJogLostEvent(TypedDict):
 
 
 class BodyJogRequest(TypedDict):
-    """Which way to jog, how fast, and how far at most."""
+    """The direction of a jog, its speed and its longest way."""
 
     direction: Literal["cw", "ccw", "+", "-"]
     """+ is cw, - is ccw."""
@@ -1011,9 +1011,9 @@ class BodyNow(TypedDict):
     moving: bool | None
     move_id: str | None
     counted_in: Literal["pulses", "encoder_counts"] | None
-    """Of the position; null where that is not known."""
+    """Unit of the position; null where that is not known."""
     position: int | None
-    """In `counted_in`, as last read."""
+    """Position as last read, in `counted_in`."""
     homed: str
     power_cycled: bool
     status: list[str] | None
@@ -1056,9 +1056,9 @@ class BodyOutputs(TypedDict):
 
     body_id: str
     read_at: str
-    """When the controller's answer came."""
+    """Time of the controller's answer."""
     age_ms: float
-    """How old the answer was when it was passed on."""
+    """Age of the answer in ms when it was passed on."""
     outputs: list[SignalState]
 
 
@@ -1068,9 +1068,9 @@ class BodyPosition(TypedDict):
     pulses: int
     """Or encoder counts: see `counted_in`."""
     counted_in: Literal["pulses", "encoder_counts"] | None
-    """Null where its operating mode could not be read."""
+    """Unit of `pulses`; null where its operating mode could not be read."""
     value: float | None
-    """The same in `unit`; null without a scale."""
+    """Position in `unit`; null without a scale."""
     unit: str | None
 
 
@@ -1254,7 +1254,7 @@ class BodyPositions(TypedDict):
     body_id: str
     positions: list[NamedPosition]
     flash: dict[str, int]
-    """What flash memory holds of these, by number, as `pulses`: what counts at power-on. Only what is known: the gateway has to have seen that the table was saved (FPS) or loaded (FPD)."""
+    """Positions in flash memory, by number, as `pulses`: those that count at power-on. Only known ones: the gateway has to have seen that the table was saved (FPS) or loaded (FPD)."""
 
 
 class BodyPowerCycleAcknowledgedEvent(TypedDict):
@@ -1517,7 +1517,7 @@ class BodyRestoreRequest(TypedDict):
     ]
     """Sections of the backup that are left as they are, such as positions."""
     units: NotRequired[Literal["keep_pulses", "convert"] | None]
-    """For a backup made at another scale (`[scale]`), which is refused else. keep_pulses: the same pulses, which are other lengths; convert: the same lengths, speeds and accelerations, to the nearest pulse."""
+    """Conversion of a backup made at another scale (`[scale]`), which is refused else. keep_pulses: the same pulses, which are other lengths; convert: the same lengths, speeds and accelerations, to the nearest pulse."""
     from_body: NotRequired[str | None]
     """Take what the backup has of another body: two hex digits. Else of the same number."""
     dry_run: NotRequired[bool]
@@ -1564,14 +1564,14 @@ class BodySample(TypedDict):
     """Where a motor stood."""
 
     time: str
-    """When the controller's answer came."""
+    """Time of the controller's answer."""
     time_s: float
     """Seconds since the move's command was written."""
     pulses: int
     value: float | None
-    """The same in `unit`; null without a scale."""
+    """Position in `unit`; null without a scale."""
     planned_pulses: float | None
-    """Where the plan has it then; null without a plan."""
+    """Planned place in pulses at this time; null without a plan."""
 
 
 class BodySamples(TypedDict):
@@ -1583,7 +1583,7 @@ class BodySamples(TypedDict):
     pulses_per_unit: float | None
     """The body's scale; null without one."""
     planned_s: float | None
-    """How long the plan has pulses run; null without a plan or an end."""
+    """Seconds for which pulses run in the plan; null without a plan or an end."""
     plan: list[PlannedPoint] | None
     """Evenly spread, and where a part of the curve begins."""
     note: str | None
@@ -1612,9 +1612,9 @@ class BodySensors(TypedDict):
 
     body_id: str
     read_at: str
-    """When the controller's answer came."""
+    """Time of the controller's answer."""
     age_ms: float
-    """How old the answer was when it was passed on."""
+    """Age of the answer in ms when it was passed on."""
     sensors: SensorBits
 
 
@@ -1623,15 +1623,15 @@ class BodySettings(TypedDict):
 
     body_id: str
     version: str
-    """Of the control software (9VD)."""
+    """Version of the control software (9VD)."""
     settings: Settings
-    """In RAM: those in force."""
+    """Settings in RAM: those in force."""
     in_unit: dict[str, Scaled]
-    """Those in pulses, in the body's unit, by their names; empty without a scale."""
+    """Settings in pulses, in the body's unit, by their names; empty without a scale."""
     unavailable: dict[str, str]
     """Settings that cannot be read now, and why."""
     flash: Settings | None
-    """In flash memory, as far as is known; null where the gateway has seen neither the power come on nor FIS. Position index and outputs change without a command, so they are never told."""
+    """Settings in flash memory, as far as is known; null where the gateway has seen neither the power come on nor FIS. Position index and outputs change without a command, so they are never told."""
     about: dict[str, AboutSetting]
     """Units, ranges, and values of the factory, by name."""
 
@@ -1639,8 +1639,8 @@ class BodySettings(TypedDict):
 class BodySettingsChange(TypedDict):
     """Settings to change; the others stay as they are.
 
-    Null ends soft limits, error outputs, and what interrupts are heeded for, record and pulse. Of all others
-    it says that they are not set, or cannot be read, which has to be so.
+    Null ends soft limits, error outputs, and what interrupts are heeded for, record and pulse. For every
+    other setting null says that it is not set, or cannot be read, which has to be so.
     """
 
     origin_offset: NotRequired[int | None]
@@ -1742,11 +1742,11 @@ class BodyStatus(TypedDict):
     status: StatusBits
     sensors: SensorBits
     stalls: list[StallFound]
-    """Which finder has raised a STALL error that stands."""
+    """Finders whose STALL error stands."""
     end_causes: list[str]
     """Why the last move ended: stall, cw_limit, ccw_limit, ems, stop_command; empty after a normal end, and while the motor moves."""
     read_at: str
-    """When the first of the three answers came."""
+    """Time of the first of the three answers."""
     age_ms: float
 
 
@@ -1850,9 +1850,9 @@ class CaptureBounds(TypedDict):
     """The stretch of positions in which an edge counts."""
 
     lower: int
-    """In pulses; encoder counts in encoder mode."""
+    """Lower bound in pulses; encoder counts in encoder mode."""
     upper: int
-    """As `lower`."""
+    """Upper bound, counted as `lower`."""
 
 
 class CaptureList(TypedDict):
@@ -1868,7 +1868,7 @@ class CapturePulse(TypedDict):
     output: int
     """General output, 0-7."""
     on: bool
-    """Its state during the pulse."""
+    """State of the output during the pulse."""
     duration_ms: int
 
 
@@ -1887,7 +1887,7 @@ class CaptureRequest(TypedDict):
     """The three numbers as GET gives them, in their place."""
     pulse: NotRequired[CapturePulse | None]
     between: NotRequired[Section | None]
-    """Left out, the edge counts everywhere."""
+    """Numbers of the three entries as GET gives them, each in its place."""
 
 
 class CaptureState(TypedDict):
@@ -1896,16 +1896,16 @@ class CaptureState(TypedDict):
     body_id: str
     input: int
     name: str | None
-    """From the configuration."""
+    """Name of the input in the configuration."""
     edge: Literal["off", "falling", "rising"]
-    """What it waits for; off: it is not armed, or not any more."""
+    """Edge that it waits for; off: it is not armed, or not any more."""
     armed: bool
     captured: bool | None
-    """Null where no entry takes a value."""
+    """True if an edge has set the values; null where no entry takes a value."""
     recorded: list[CapturedValue]
     pulse: CapturePulse | None
     between: CaptureBounds | None
-    """Null: everywhere."""
+    """Positions between which an edge counts; null: everywhere."""
 
 
 class CapturedValue(TypedDict):
@@ -1915,9 +1915,9 @@ class CapturedValue(TypedDict):
     number: int
     """Position number."""
     pulses: int | None
-    """Null until an edge comes; where another host has armed the input, 0. Encoder counts for `encoder`, and in encoder mode for `position`."""
+    """Value in pulses; null until an edge comes; where another host has armed the input, 0. Encoder counts for `encoder`, and in encoder mode for `position`."""
     value: float | None
-    """The same in `unit`; null without a scale, and for `encoder`."""
+    """Value in `unit`; null without a scale, and for `encoder`."""
     unit: str | None
 
 
@@ -1930,7 +1930,7 @@ class ChangeStep(TypedDict):
     outcome: Literal["unchanged", "changed"]
     """unchanged: it was so already, and nothing was sent; changed: set, and read back."""
     before: JsonValue
-    """Null also where it could not be read."""
+    """Value before; null also where it could not be read."""
 
 
 class ChangedPattern(TypedDict):
@@ -1940,14 +1940,14 @@ class ChangedPattern(TypedDict):
     number: int
     """0-29, or 30: the standard one, which is made of set 30 and has no changes."""
     acceleration_set: int | None
-    """Null where the pattern was never set."""
+    """Number of the speed set for acceleration; null where the pattern was never set."""
     deceleration_set: int | None
     changes: list[SpeedChangeInfo] | None
     """Kept in RAM only; null where the body cannot work them out: its speed sets are not complete, or the changes do not suit them."""
     flash: PatternSets | None
-    """What flash memory holds; null where that is not known."""
+    """Sets in flash memory; null where that is not known."""
     steps: list[ChangeStep]
-    """What the change took, in order."""
+    """Steps of the change, in order."""
 
 
 class ChangedSettings(TypedDict):
@@ -1955,9 +1955,9 @@ class ChangedSettings(TypedDict):
 
     body_id: str
     settings: Settings
-    """Those that were named; the others are left out."""
+    """Settings that were named; the others are left out."""
     steps: list[ChangeStep]
-    """What the change took, in order."""
+    """Steps of the change, in order."""
 
 
 class ChangedSpeedSet(TypedDict):
@@ -1977,13 +1977,13 @@ class ChangedSpeedSet(TypedDict):
     falling_percent: int | None
     """OB, 0-100; null as `rising_percent`."""
     start_speed: Scaled | None
-    """In the body's unit; null without a scale."""
+    """Start speed in the body's unit; null without a scale."""
     maximum_speed: Scaled | None
     acceleration: Scaled | None
     flash: InFlash | None
-    """What flash memory holds, as far as is known; null where the gateway has seen neither the power come on nor FIS."""
+    """Values in flash memory, as far as is known; null where the gateway has seen neither the power come on nor FIS."""
     steps: list[ChangeStep]
-    """What the change took, in order."""
+    """Steps of the change, in order."""
 
 
 class Changes(TypedDict):
@@ -2047,9 +2047,9 @@ class CommandInfo(TypedDict):
     modes: list[Literal["stepping", "encoder", "servo"]]
     """Operating modes in which it is allowed."""
     while_moving: bool
-    """Whether it is allowed while the motor moves."""
+    """True if it is allowed while the motor moves."""
     in_programs: bool
-    """Whether it is allowed in user programs."""
+    """True if it is allowed in user programs."""
     errors: list[CommandError]
 
 
@@ -2126,7 +2126,7 @@ class ControllerGeometry(TypedDict):
     axis: int
     """The one that it drives."""
     agrees: bool
-    """Whether it is what the configuration has."""
+    """True if it equals the geometry in the configuration."""
 
 
 class Crashed(TypedDict):
@@ -2147,15 +2147,15 @@ class CurveDraft(TypedDict):
 
     acceleration: SpeedSetValues
     deceleration: NotRequired[SpeedSetValues | None]
-    """Left out: as the acceleration."""
+    """Deceleration; left out: as the acceleration."""
     changes: NotRequired[list[SpeedChangeRequest]]
     """All that it shall have."""
     distance: Length
-    """How far the move goes."""
+    """Distance of the move."""
     speed: NotRequired[Literal["high", "low"]]
     """`low` runs at the start speed, without ramps. Left out: high."""
     points: NotRequired[int]
-    """How many moments, evenly spread. Left out: 200."""
+    """Number of moments, evenly spread. Left out: 200."""
 
 
 class CurvePoint(TypedDict):
@@ -2170,7 +2170,7 @@ class CurvePoint(TypedDict):
     acceleration: float
     """Pulses per second, per second; below 0 while it slows down."""
     position_in_unit: float | None
-    """In the body's unit; null without a scale."""
+    """Position in the body's unit; null without a scale."""
     speed_in_unit: float | None
     acceleration_in_unit: float | None
 
@@ -2234,13 +2234,13 @@ class Encoder(TypedDict):
     body_id: str
     operating_mode: Literal["stepping", "encoder", "servo"]
     settings: EncoderSettings
-    """In RAM."""
+    """Settings in RAM."""
     in_unit: dict[str, Scaled]
-    """Those in pulses, in the body's unit, by their names."""
+    """Settings in pulses, in the body's unit, by their names."""
     unavailable: dict[str, str]
     """Settings that cannot be read now, and why."""
     last: EncoderCounts
-    """What was counted when it was asked."""
+    """Counts at the last reading."""
 
 
 class EncoderChange(TypedDict):
@@ -2268,18 +2268,18 @@ class EncoderCounts(TypedDict):
     """Where the encoder is."""
 
     counted_in: Literal["pulses", "encoder_counts"]
-    """What positions and amounts of this body are counted in."""
+    """Unit of positions and amounts of this body."""
     position: int
-    """Where the body says it is, in `counted_in` (6PD)."""
+    """Position that the body tells, in `counted_in` (6PD)."""
     position_in_unit: Scaled | None
     count: int
     """The encoder's count (6ED)."""
     count_in_pulses: int
-    """The same, times the ratio (6MD)."""
+    """Encoder's count in pulses: the count times the ratio (6MD)."""
     difference: int | None
     """Pulses put out beyond what the encoder has seen; null in encoder mode, where only the encoder is told."""
     stalled: bool
-    """Whether the encoder has found a step-out that stands (PRD)."""
+    """True if the encoder has found a step-out that stands (PRD)."""
 
 
 class EncoderSettings(TypedDict):
@@ -2347,7 +2347,7 @@ class EntryToRecord(TypedDict):
 
 
 class ErrorOutputChoice(TypedDict):
-    """Which output reports a cause, and how."""
+    """The output that reports a cause, and its state on an error."""
 
     output: int | None
     """General output; null: nothing reports it."""
@@ -2368,17 +2368,17 @@ class ErrorOutputState(TypedDict):
 
     cause: Literal["ems", "limit", "stall", "any"]
     output: int | None
-    """Null: nothing reports it."""
+    """Number of the output; null: nothing reports the cause."""
     name: str | None
-    """Of the output, from the configuration."""
+    """Name of the output in the configuration."""
     on: bool | None
     """The state it takes on an error."""
     standing: bool
-    """Whether it has come, and was not taken back since."""
+    """True if the cause has come, and was not taken back since."""
 
 
 class ErrorsReset(TypedDict):
-    """Who has reset the error that stood."""
+    """The end of an error that stood, and who reset it."""
 
     by: str
     """gateway, or elsewhere."""
@@ -2641,11 +2641,11 @@ class FicsCommandInfo(TypedDict):
     family: Literal["fics"]
     addressed_to: Literal["robot", "unit"]
     answered: WhenAnswered
-    """When it is answered; Ver.2 answers only `always`."""
+    """Condition of an answer; Ver.2 answers only `always`."""
     blocked_by: list[Block]
-    """What makes the robot refuse it; the manual's letters."""
+    """Conditions in which the robot refuses it, by the manual's letters."""
     during_upload: bool
-    """Whether it is allowed between POF 1 and POF 2."""
+    """True if it is allowed between POF 1 and POF 2."""
 
 
 class FoundBody(TypedDict):
@@ -2653,7 +2653,7 @@ class FoundBody(TypedDict):
 
     body_id: str
     configured: bool
-    """Whether the configuration knows it."""
+    """True if the body is in the configuration."""
 
 
 class FoundPort(TypedDict):
@@ -3042,7 +3042,7 @@ class GroupInfo(TypedDict):
     """A group and its members."""
 
     group_id: str
-    """Its unique address, such as arm.80."""
+    """Unique address, such as arm.80."""
     line_id: str
     name: str
     members: list[str]
@@ -3191,9 +3191,9 @@ class Homing(TypedDict):
 
     body_id: str
     settings: HomingSettings
-    """In RAM; the speeds are those of the standard set."""
+    """Settings in RAM; the speeds are those of the standard set."""
     in_unit: dict[str, Scaled]
-    """Those in pulses, in the body's unit, by their names; empty without a scale."""
+    """Settings in pulses, in the body's unit, by their names; empty without a scale."""
     overrun: int
     """Pulses to overrun the sensor: the offset times the factor."""
     last: LastHoming
@@ -3277,7 +3277,7 @@ class InputChange(TypedDict):
 
     number: int
     name: str | None
-    """As the configuration has it."""
+    """Name of the input in the configuration."""
     on: bool
 
 
@@ -3317,7 +3317,7 @@ class IoEvent(TypedDict):
 
 
 class JogRequest(TypedDict):
-    """Which axis to jog, and which way (C-HOST manual 2-2)."""
+    """The axis to jog, and its direction (C-HOST manual 2-2)."""
 
     unit: int
     axis: str
@@ -3387,10 +3387,10 @@ class Kinematics(TypedDict):
     x: Micrometres
     y: Micrometres
     angle: Millidegrees
-    """Between finger and X axis, above -180 and up to 180 degrees."""
+    """Angle between finger and X axis, above -180 and up to 180 degrees."""
     scara_id: str
     pulses: list[int]
-    """Of axes 0, 1 and 2."""
+    """Positions of axes 0, 1 and 2."""
 
 
 class LastHoming(TypedDict):
@@ -3602,7 +3602,7 @@ class LineComparisonRequest(TypedDict):
     ]
     """Sections of the backup that are left as they are, such as positions."""
     units: NotRequired[Literal["keep_pulses", "convert"] | None]
-    """For a backup made at another scale (`[scale]`), which is refused else. keep_pulses: the same pulses, which are other lengths; convert: the same lengths, speeds and accelerations, to the nearest pulse."""
+    """Conversion of a backup made at another scale (`[scale]`), which is refused else. keep_pulses: the same pulses, which are other lengths; convert: the same lengths, speeds and accelerations, to the nearest pulse."""
     bodies: NotRequired[list[str] | None]
     """These only: addresses such as 3F. Else all that the backup has."""
 
@@ -3680,9 +3680,9 @@ class LineInfo(TypedDict):
     """Owner of the line; only of a line that another gateway may take over."""
     protocol: Literal["rorze"]
     controllers: str
-    """What the link master answered to XID."""
+    """Answer of the link master to XID."""
     stop_mode: Literal["interject", "after_reply"]
-    """Whether a stop goes out at the next frame boundary, or after the reply under way."""
+    """Moment of a stop: at the next frame boundary, or after the reply under way."""
     strict: bool
     """A reply came twice here lately: an acknowledgement counts only when a fence before and one after it have shown that it was no copy."""
     bodies: list[str]
@@ -3778,7 +3778,7 @@ class LineList(TypedDict):
 
 
 class LineMessage(TypedDict):
-    """A frame of a special address that nobody knows."""
+    """A frame of a special address that the gateway does not know."""
 
     frame: str
 
@@ -3933,7 +3933,7 @@ class LineRestoreRequest(TypedDict):
     ]
     """Sections of the backup that are left as they are, such as positions."""
     units: NotRequired[Literal["keep_pulses", "convert"] | None]
-    """For a backup made at another scale (`[scale]`), which is refused else. keep_pulses: the same pulses, which are other lengths; convert: the same lengths, speeds and accelerations, to the nearest pulse."""
+    """Conversion of a backup made at another scale (`[scale]`), which is refused else. keep_pulses: the same pulses, which are other lengths; convert: the same lengths, speeds and accelerations, to the nearest pulse."""
     bodies: NotRequired[list[str] | None]
     """These only: addresses such as 3F. Else all that the backup has."""
     dry_run: NotRequired[bool]
@@ -4033,10 +4033,10 @@ class LineStatuses(TypedDict):
 
 
 class LineStopsUnconfirmed(TypedDict):
-    """Stops on a line on which nobody answers; the event of each body is told as well."""
+    """Stops on a line on which no body answers; the event of each body is told as well."""
 
     silent_s: float
-    """For so long nobody on it has answered since the first of them."""
+    """Seconds since the first of them without an answer of any body on the line."""
     stops: int
     """The number of bodies whose stops are not confirmed."""
     bodies: list[str]
@@ -4094,7 +4094,7 @@ class LineUp(TypedDict):
     """The controllers that answered when the line was set up."""
 
     controllers: NotRequired[str | None]
-    """What an RC-400 answered to XID."""
+    """Answer of an RC-400 to XID."""
     mode: NotRequired[int | None]
     """The communication mode of a Fics: 2 or 3."""
 
@@ -4126,7 +4126,7 @@ class LiveAxis(TypedDict):
     """Where an axis stands."""
 
     value: float | None
-    """Null while the robot does not know it."""
+    """Coordinate; null while the robot does not know it."""
     unit: str
     """mm, pulse or degree."""
 
@@ -4151,9 +4151,9 @@ class MacroInfo(TypedDict):
 
     name: str
     title: str | None
-    """What it does, from the configuration; null where it is not there."""
+    """Title of the macro in the configuration; null without one."""
     refused: bool
-    """Whether the robot has refused it as unknown when it was last called."""
+    """True if the robot refused it as unknown at the last call."""
 
 
 class MacroList(TypedDict):
@@ -4217,7 +4217,7 @@ class MemoryChange(TypedDict):
     """A number for a memory."""
 
     value: int | None
-    """Null, as GET gives it, leaves what is no number as it is."""
+    """A value that is null, as GET gives it, leaves a memory without a number as it is."""
 
 
 class MemoryChanges(TypedDict):
@@ -4281,9 +4281,9 @@ class MotorStatus(TypedDict):
     moving: bool
     status: StatusBits
     read_at: str
-    """When the controller's answer came."""
+    """Time of the controller's answer."""
     age_ms: float
-    """How old the answer was when it was passed on."""
+    """Age of the answer in ms when it was passed on."""
 
 
 class Move(TypedDict):
@@ -4355,7 +4355,7 @@ class NamedMemory(TypedDict):
     name: str
     """D0-D199, C0-C29 or T0-T29."""
     value: int | None
-    """Null, as GET gives it, leaves what is no number as it is."""
+    """A value that is null, as GET gives it, leaves a memory without a number as it is."""
 
 
 class NamedPosition(TypedDict):
@@ -4366,7 +4366,7 @@ class NamedPosition(TypedDict):
     pulses: int
     """Encoder counts in encoder mode."""
     value: float | None
-    """The same in `unit`; null without a scale."""
+    """Position in `unit`; null without a scale."""
     unit: str | None
 
 
@@ -4439,18 +4439,18 @@ class NightlyBackups(TypedDict):
 
 
 class NoiseFilters(TypedDict):
-    """How long the level of an input or a sensor has to be another before it counts as changed."""
+    """The time for which an input or a sensor has to hold a new level before it counts as changed."""
 
     body_id: str
     noise_filters: dict[str, int]
-    """By input or sensor: equal samples, one each ms, that make a change of level."""
+    """Equal samples, one each ms, that make a change of level, by input or sensor."""
 
 
 class NoiseFiltersChange(TypedDict):
     """Noise filters to be set; those that are not named stay as they are."""
 
     noise_filters: dict[str, int]
-    """By input or sensor; in samples."""
+    """Samples by input or sensor."""
 
 
 class Nothing(TypedDict):
@@ -4482,7 +4482,7 @@ class OutputPulse(TypedDict):
 
 
 class OutputState(TypedDict):
-    """What an output shall be."""
+    """The state that an output is to take."""
 
     on: bool
 
@@ -4521,7 +4521,7 @@ class PathDefinition(TypedDict):
     """A whole path; without points it is cleared."""
 
     points: list[ViaPoint]
-    """In their order; the last is the end."""
+    """Points in their order; the last is the end."""
 
 
 class PathSpeed(TypedDict):
@@ -4538,12 +4538,12 @@ class Pattern(TypedDict):
     number: int
     """0-29, or 30: the standard one, which is made of set 30 and has no changes."""
     acceleration_set: int | None
-    """Null where the pattern was never set."""
+    """Number of the speed set for acceleration; null where the pattern was never set."""
     deceleration_set: int | None
     changes: list[SpeedChangeInfo] | None
     """Kept in RAM only; null where the body cannot work them out: its speed sets are not complete, or the changes do not suit them."""
     flash: PatternSets | None
-    """What flash memory holds; null where that is not known."""
+    """Sets in flash memory; null where that is not known."""
 
 
 class PatternChange(TypedDict):
@@ -4561,7 +4561,7 @@ class PatternList(TypedDict):
 
     body_id: str
     patterns: list[Pattern]
-    """In the order of their numbers."""
+    """Patterns in the order of their numbers."""
 
 
 class PatternSets(TypedDict):
@@ -4615,13 +4615,13 @@ class PlannedMove(TypedDict):
     frame: str
     """The exact bytes that would be sent, CR as \\r."""
     counted_in: Literal["pulses", "encoder_counts"] | None
-    """What the target's position is counted in."""
+    """Unit of the target's position."""
     distance: int | None
     """Pulses it would emit; null where only the motion itself can tell."""
     target_position: int | None
-    """In `counted_in`, where it can be known beforehand."""
+    """Target in `counted_in`, where it can be known beforehand."""
     duration_s: float | None
-    """How long pulses would run, with the settings of now."""
+    """Seconds for which pulses would run, with the present settings."""
     note: str | None
     """Why something is not known, or would be refused."""
 
@@ -4643,15 +4643,15 @@ class PlannedRobotMove(TypedDict):
     frame: str
     """The exact bytes that would be sent, CR as \\r."""
     coordinates: Literal["user", "motor"]
-    """Which axes the positions are of."""
+    """Coordinates of the positions."""
     units: dict[str, str]
-    """By axis: mm, pulse or degree."""
+    """Units by axis: mm, pulse or degree."""
     start_position: dict[str, float | None] | None
-    """By axis, as it is now; null while the robot does not tell it."""
+    """Present position by axis; null while the robot does not tell it."""
     target_position: dict[str, float | None] | None
-    """By axis that moves, where it can be known beforehand."""
+    """Target by axis that moves, where it can be known beforehand."""
     duration_s: float | None
-    """How long it would move by the settings of now, where that can be calculated."""
+    """Seconds that it would move by the present settings, where that can be calculated."""
     note: str | None
     """Why something is not known, or would be refused."""
 
@@ -4665,13 +4665,13 @@ class PlannedScaraMove(TypedDict):
     start: ScaraPlace
     target: ScaraPlace
     start_positions: list[int]
-    """In pulses, in the order of the axes."""
+    """Present positions in pulses, in the order of the axes."""
     target_positions: list[int]
-    """In pulses, as the gateway calculates them."""
+    """Target positions in pulses, in the order of the axes, as the gateway calculates them."""
     length_um: float | None
-    """Of the way that the speed counts on, in micrometres; null where axes turn alone."""
+    """Length in micrometres of the way that the speed counts on; null where axes turn alone."""
     duration_s: float | None
-    """How long pulses would run, with the settings of now."""
+    """Seconds for which pulses would run, with the present settings."""
     note: str | None
     """Why something is not known, or would be refused."""
 
@@ -4761,12 +4761,12 @@ class Position(TypedDict):
     counted_in: Literal["pulses", "encoder_counts"] | None
     """encoder_counts in encoder mode (RC-420 manual 13.1.3); null where the mode is not known."""
     value: float | None
-    """The same in `unit`; null without a scale."""
+    """Position in `unit`; null without a scale."""
     unit: str | None
     read_at: str
-    """When the controller's answer came."""
+    """Time of the controller's answer."""
     age_ms: float
-    """How old the answer was when it was passed on."""
+    """Age of the answer in ms when it was passed on."""
 
 
 class PositionEntry(TypedDict):
@@ -4774,7 +4774,7 @@ class PositionEntry(TypedDict):
 
     number: int
     axes: NotRequired[dict[str, Any] | None]
-    """By name; an axis that is not named is left out. Without axes, where the unit stands."""
+    """Coordinates by name; an axis that is not named is left out. Without axes, where the unit stands."""
 
 
 class PositionLabel(TypedDict):
@@ -4805,7 +4805,7 @@ class PositionName(TypedDict):
     """A name for a position."""
 
     name: str | None
-    """Null takes the name away."""
+    """Name of the position; null takes the name away."""
 
 
 class PositionReading(TypedDict):
@@ -4867,11 +4867,11 @@ class PositionToStore(TypedDict):
 
     number: int
     position: NotRequired[Length | None]
-    """Left out, where the motor stands."""
+    """Position to store; left out, where the motor stands."""
     pulses: NotRequired[int | None]
     """Instead of `position`: as GET gives it, encoder counts in encoder mode."""
     name: NotRequired[str | None]
-    """Left out or null, it keeps the name it has."""
+    """Name of the position; left out or null, it keeps the name it has."""
 
 
 class PositionUpload(TypedDict):
@@ -4959,16 +4959,16 @@ class ProgramRun(TypedDict):
     body_id: str
     status: Literal["running", "ended", "unknown"]
     label: str | None
-    """Where it began, if at a label."""
+    """Label at which the program began, if at one."""
     address: int | None
-    """Where it began, if at an address."""
+    """Address at which the program began, if at one."""
     single_step: bool
-    """Whether only one instruction is executed."""
+    """True if only one instruction is executed."""
     end_cause: str | None
     """normal, stopped (by UES), command_error, nothing_there (a branch to an empty address), error_end (by EED), move_while_moving or single_step, or several joined by +."""
     ended_at_address: int | None
     detail: str | None
-    """Why nobody knows how it has ended."""
+    """Reason for which its end is unknown."""
     request_id: str | None
     """The X-Request-Id of the request that asked for it."""
     started_at: str
@@ -4981,17 +4981,17 @@ class ProgramState(TypedDict):
     body_id: str
     running: bool
     end_cause: str | None
-    """Of the last program; null while one runs, and where the end of `run` is unknown."""
+    """End cause of the last program; null while one runs, and if the end of `run` is unknown."""
     address: int
     """The address it is at, or has ended at (UND)."""
     line: int
     """The line of that address in the program's text, from 1."""
     instruction: str | None
-    """What stands there; null where nothing does."""
+    """Instruction at that address; null where there is none."""
     elapsed_s: float | None
-    """How long `run` takes, or took; null without one, or where another program runs."""
+    """Duration of `run` in seconds, so far or in all; null without one, or where another program runs."""
     run: ProgramRun | None
-    """Null where the gateway has started none."""
+    """Last run that the gateway has started; null where it has started none."""
 
 
 class ProgramText(TypedDict):
@@ -5007,9 +5007,9 @@ class ProgramUpload(TypedDict):
     body_id: str
     status: Literal["running", "succeeded", "failed", "cancelled"]
     phase: Literal["clearing", "writing", "verifying", "saving", "done"]
-    """How far it has come, or had when it was broken off."""
+    """Phase of the upload now, or when it was broken off."""
     instructions: int
-    """How many the program has."""
+    """Number of instructions of the program."""
     steps: int
     """The room they take, of 6039 steps."""
     written: int
@@ -5017,11 +5017,11 @@ class ProgramUpload(TypedDict):
     verified: int
     """Instructions that were read back and are those of the source."""
     flash: bool
-    """Whether the program is to be written to flash memory, too."""
+    """True if the program is to be written to flash memory, too."""
     saved: bool
-    """Whether it was written to flash memory."""
+    """True if it was written to flash memory."""
     stored: str
-    """What the body holds now, as far as is known."""
+    """Contents of the body now, as far as is known."""
     error: UploadError | None
     request_id: str | None
     """The X-Request-Id of the request that asked for it."""
@@ -5044,7 +5044,7 @@ class RawReply(TypedDict):
     sent: str
     """The exact bytes, CR as \\r."""
     reply: str
-    """What followed the code in the reply, as it came."""
+    """Text behind the code in the reply, as it came."""
     age_ms: float
 
 
@@ -5179,7 +5179,7 @@ class Resolution(TypedDict):
     drift_per_turn: float
     """Pulses by which motor and encoder come apart in each turn, because of the rounding."""
     changed: ChangedSettings | None
-    """What was set; null after a dry run."""
+    """Settings as they were read back; null after a dry run."""
 
 
 class ResolutionRequest(TypedDict):
@@ -5190,7 +5190,7 @@ class ResolutionRequest(TypedDict):
     encoder_lines_per_turn: int
     """Lines of the encoder, before any multiplication."""
     multiplier: NotRequired[Literal["double", "quadruple"] | None]
-    """Left out: quadruple, or double where the ratio would be below 1."""
+    """Multiplier; left out: quadruple, or double where the ratio would be below 1."""
     dry_run: NotRequired[bool]
     """Only say what would be set. Left out: false."""
 
@@ -5269,9 +5269,9 @@ class RobotAbsoluteMoveRequest(TypedDict):
     speed_percent: NotRequired[float | None]
     """Percent of full speed, 0.1-100, for this move: the gateway sets it for all axes of the unit before (VAO, MAO), and it stays so until it is set otherwise, or the power goes. Left out, the move runs at what is set. JOG and JTE have a speed of the robot's own."""
     coordinates: NotRequired[Literal["user", "motor"]]
-    """Whether axes are those of the user or the motors (C-HOST manual 1-6). Left out: user."""
+    """Coordinates of the axes: those of the user or of the motors (C-HOST manual 1-6). Left out: user."""
     axes: dict[str, Any]
-    """By name; an axis that is not named stays where it is."""
+    """Amounts by name; an axis that is not named stays where it is."""
     kind: Literal["absolute"]
 
 
@@ -5488,11 +5488,11 @@ class RobotErrorRecord(TypedDict):
     remedy_en: str
     remedy_ja: str
     kind: DetailKind | None
-    """Which kind of error the details tell of; null if not known."""
+    """Kind of error that the details describe; null if not known."""
     detail: str | None
-    """What ERD has answered."""
+    """Answer of ERD, as it came."""
     unit: int | None
-    """Null in a system of a single unit, too."""
+    """Unit of the error; null in a system of a single unit, too."""
     axis: str | None
     """The motor axis."""
     driver_error: str | None
@@ -5509,7 +5509,7 @@ class RobotErrors(TypedDict):
     robot_id: str
     errors: list[RobotErrorRecord]
     looked_at: str | None
-    """When the robot has last told which error stands; null while it never has."""
+    """Time at which the robot last told its present error; null while it never has."""
 
 
 class RobotErrorsResetEvent(TypedDict):
@@ -5546,17 +5546,17 @@ class RobotInfo(TypedDict):
     """Why the line's port is not open; null while it is."""
     name: str
     online: bool
-    """Whether it can be asked now, as far as is known."""
+    """True if it can be asked now, as far as is known."""
     mode: int
-    """Its communication mode: 3, or 2, in which ends are found by polling."""
+    """Communication mode: 3, or 2, in which ends are found by polling."""
     moving: bool | None
-    """Null while out of reach or after a move whose end nobody saw, until it is looked at."""
+    """True if an axis moves; null while out of reach, or until it is looked at after a move with an unseen end."""
     power_cycled: bool
-    """It has lost its power; motion is refused until acknowledged."""
+    """True if it has lost its power; motion is refused until that is acknowledged."""
     error: RobotErrorRecord | None
     """The error that stands, as far as is known."""
     bit_mismatches: list[str]
-    """What its units showed when they stood still, homed, that status_bits and sensor_bits of the configuration do not explain."""
+    """Bits of units that stood still, homed, which status_bits and sensor_bits of the configuration do not explain."""
     missing_units: list[int]
     """Units of the configuration that the robot says it does not have."""
     units: list[UnitInfo]
@@ -5567,7 +5567,7 @@ class RobotInputChange(TypedDict):
 
     channel: int
     number: int
-    """From 0, within its channel."""
+    """Number of the input within its channel, from 0."""
     on: bool
 
 
@@ -5801,7 +5801,7 @@ class RobotLineInfo(TypedDict):
     mode: int
     """The robot's communication mode, 3 or 2 (C-HOST manual 1-1-1)."""
     online: bool
-    """Whether the robot can be asked now, as far as is known."""
+    """True if the robot can be asked now, as far as is known."""
 
 
 class RobotList(TypedDict):
@@ -5852,21 +5852,21 @@ class RobotMove(TypedDict):
     unit: int
     kind: Literal["absolute", "relative", "position", "home", "step", "macro"]
     coordinates: Literal["user", "motor"]
-    """Which axes the positions are of."""
+    """Coordinates of the positions."""
     units: dict[str, str]
-    """What positions are counted in, by axis: mm, pulse or degree."""
+    """Units of the positions, by axis: mm, pulse or degree."""
     end_cause: str | None
     """normal, stop_command or error_nnn as the robot says; not_executed, power_cycled or position_mismatch as the gateway found."""
     start_position: dict[str, float | None] | None
-    """By axis, before the move."""
+    """Position before the move, by axis."""
     target_position: dict[str, float | None] | None
-    """By axis, where it can be known beforehand."""
+    """Target by axis, where it can be known beforehand."""
     longest_s: float | None
     """Seconds it may take by distance and speed, where these are known."""
     position: dict[str, float | None] | None
-    """By axis, as last read; null while an axis does not know it."""
+    """Position as last read, by axis; null while an axis does not know it."""
     completion: Literal["reply", "inferred"] | None
-    """Whether the robot has answered the move or was seen to have come to rest."""
+    """Evidence of the end: the robot's reply to the move, or inferred from its standstill."""
 
 
 class RobotMoveCancelledEvent(TypedDict):
@@ -6165,19 +6165,19 @@ class RobotPowerLoss(TypedDict):
     """How sure the gateway is, and what it will set again."""
 
     speeds: dict[str, dict[str, dict[str, float]]]
-    """In percent of full speed."""
+    """Percentages of full speed."""
     full_speed: dict[str, dict[str, list[str]]]
     certain: bool
 
 
 class RobotRawReply(TypedDict):
-    """What was answered."""
+    """The bytes that were sent, and the answers to them."""
 
     robot_id: str
     sent: str
     """The exact bytes, the terminator as \\r."""
     replies: list[str]
-    """What followed the name in each answer, as it came; none where mode 2 answers nothing."""
+    """Text behind the name in each answer, as it came; none where mode 2 answers nothing."""
 
 
 class RobotRawRequest(TypedDict):
@@ -6194,9 +6194,9 @@ class RobotRelativeMoveRequest(TypedDict):
     speed_percent: NotRequired[float | None]
     """Percent of full speed, 0.1-100, for this move: the gateway sets it for all axes of the unit before (VAO, MAO), and it stays so until it is set otherwise, or the power goes. Left out, the move runs at what is set. JOG and JTE have a speed of the robot's own."""
     coordinates: NotRequired[Literal["user", "motor"]]
-    """Whether axes are those of the user or the motors (C-HOST manual 1-6). Left out: user."""
+    """Coordinates of the axes: those of the user or of the motors (C-HOST manual 1-6). Left out: user."""
     axes: dict[str, Any]
-    """By name; an axis that is not named stays where it is."""
+    """Amounts by name; an axis that is not named stays where it is."""
     kind: Literal["relative"]
 
 
@@ -6317,13 +6317,13 @@ class RobotSample(TypedDict):
     """Where the axes stood."""
 
     time: str
-    """When the robot's answer came."""
+    """Time of the robot's answer."""
     time_s: float
     """Seconds since the move's command was written."""
     axes: dict[str, float | None]
-    """Null while the robot does not know it."""
+    """Coordinates by axis; null while the robot does not know one."""
     planned: dict[str, float] | None
-    """Where the plan has the axis that moves then, in its `units`; null without a plan."""
+    """Planned place of the axis that moves at this time, in its `units`; null without a plan."""
 
 
 class RobotSamples(TypedDict):
@@ -6334,9 +6334,9 @@ class RobotSamples(TypedDict):
     unit: int
     coordinates: Literal["user", "motor"]
     units: dict[str, str]
-    """What positions are counted in, by axis: mm, pulse or degree."""
+    """Units of the positions, by axis: mm, pulse or degree."""
     planned_s: float | None
-    """How long the plan has it move, in seconds; null without a plan."""
+    """Seconds that the plan takes; null without a plan."""
     note: str | None
     """Why there is no plan."""
     samples: list[RobotSample]
@@ -6434,7 +6434,7 @@ class RobotStopRefusedEvent(TypedDict):
 
 
 class RobotStopReport(TypedDict):
-    """How far the stop of a robot has come."""
+    """The state of the stop of a robot, and its evidence."""
 
     robot_id: str
     state: Literal["requested", "sent", "acknowledged", "refused", "confirmed", "not_sent"]
@@ -6554,7 +6554,7 @@ class RunRequest(TypedDict):
     """Where a program begins: at a label or an address, else at its first instruction."""
 
     label: NotRequired[str | None]
-    """With or without its `*`."""
+    """Label with or without its `*`."""
     address: NotRequired[int | None]
     single_step: NotRequired[bool]
     """Execute one instruction only; without label and address the next one. Left out: false."""
@@ -6578,7 +6578,7 @@ class Scaled(TypedDict):
 
     value: float
     unit: str
-    """Such as mm, mm/s or mm/s2."""
+    """Unit such as mm, mm/s or mm/s2."""
 
 
 class Scan(TypedDict):
@@ -6619,7 +6619,7 @@ class ScaraAxis(TypedDict):
     """0 is the base, 1 the arm, 2 the finger."""
     body_id: str
     position: int | None
-    """In pulses, as last read."""
+    """Position in pulses, as last read."""
 
 
 class ScaraAxisMove(TypedDict):
@@ -6631,15 +6631,15 @@ class ScaraAxisMove(TypedDict):
     move_id: str | None
     """The body's own move; null before it is begun, and of an axis that has no part in it."""
     status: MoveStatus | None
-    """As the body's move says; null without one."""
+    """Status of the body's move; null without one."""
     end_cause: str | None
-    """As the body's move says."""
+    """End cause of the body's move."""
     start_position: int
-    """In pulses, as the controllers were told (HPS)."""
+    """Start position in pulses, as the controllers were told (HPS)."""
     target_position: int
-    """In pulses, as the gateway calculates it."""
+    """Target position in pulses, as the gateway calculates it."""
     position: int
-    """In pulses, as last read."""
+    """Position in pulses, as last read."""
 
 
 class ScaraCoordinates(TypedDict):
@@ -6648,16 +6648,16 @@ class ScaraCoordinates(TypedDict):
     x: Micrometres
     y: Micrometres
     angle: Millidegrees
-    """Between finger and X axis, above -180 and up to 180 degrees."""
+    """Angle between finger and X axis, above -180 and up to 180 degrees."""
     scara_id: str
     pulses: list[int]
-    """Of axes 0, 1 and 2."""
+    """Positions of axes 0, 1 and 2."""
     moving: bool | None
-    """Whether an axis moves, so that it is elsewhere by now."""
+    """True if an axis moves, so that the finger is elsewhere by now."""
     power_cycled: bool
     """A body has lost its power: this means nothing then."""
     read_at: str
-    """When the answer of all axes came."""
+    """Time of the answer of all axes."""
     age_ms: float
 
 
@@ -6681,7 +6681,7 @@ class ScaraFingerRequest(TypedDict):
     max_speed: NotRequired[TurnSpeed | None]
     """The fastest it may get; the standard speed sets still bound it. The gateway writes it to the `slow_pattern` of all axes (RAM only) before; `pattern` does not go with it."""
     angle: Angle
-    """Between finger and X axis at the end."""
+    """Angle between finger and X axis at the end."""
 
 
 class ScaraGeometry(TypedDict):
@@ -6689,7 +6689,7 @@ class ScaraGeometry(TypedDict):
 
     scara_id: str
     agrees: bool
-    """Whether all controllers hold what the configuration has."""
+    """True if all controllers hold the geometry in the configuration."""
     configured: Geometry
     controllers: list[ControllerGeometry]
 
@@ -6703,9 +6703,9 @@ class ScaraInfo(TypedDict):
     group_id: str
     """The virtual body that stands for all its bodies."""
     online: bool
-    """Whether all its bodies can be asked now, as far as is known."""
+    """True if all its bodies can be asked now, as far as is known."""
     moving: bool | None
-    """Whether an axis moves; null while that is not known."""
+    """True if an axis moves; null while that is not known."""
     move_id: str | None
     """The move that is not over yet."""
     homed: Literal["yes", "no", "unknown"]
@@ -6714,7 +6714,7 @@ class ScaraInfo(TypedDict):
     """A body has lost its power: where the finger is means nothing, and moves are refused."""
     axes: list[ScaraAxis]
     geometry: Geometry
-    """As it is configured."""
+    """Geometry in the configuration."""
     own_path: int
     """The stored path that the gateway overwrites for its lines."""
 
@@ -6768,13 +6768,13 @@ class ScaraMove(TypedDict):
     failed_axes: list[int]
     """The axes that made it fail."""
     start: ScaraPlace | None
-    """Where the finger ended before."""
+    """Place at which the finger ended before the move."""
     target: ScaraPlace | None
-    """Where it should come to."""
+    """Place at which the finger is to end."""
     coordinates: ScaraPlace | None
-    """Where it ends by the positions last read; null while one is not known."""
+    """Place of the finger by the positions last read; null while one is not known."""
     axes: list[ScaraAxisMove]
-    """In the order of the axes."""
+    """Moves of the axes, in their order."""
 
 
 class ScaraMoveCancelledEvent(TypedDict):
@@ -6966,7 +6966,7 @@ class ScaraPathRequest(TypedDict):
     path: NotRequired[int | None]
     """Interpolation path 0-63."""
     points: NotRequired[list[ViaPoint] | None]
-    """In the place of `path`: through these, to the last. They are put into the path that the gateway keeps for its lines."""
+    """Points instead of `path`: the finger goes through these, to the last. They are put into the path that the gateway keeps for its lines."""
 
 
 class ScaraPlace(TypedDict):
@@ -6975,7 +6975,7 @@ class ScaraPlace(TypedDict):
     x: Micrometres
     y: Micrometres
     angle: Millidegrees
-    """Between finger and X axis, above -180 and up to 180 degrees."""
+    """Angle between finger and X axis, above -180 and up to 180 degrees."""
 
 
 class ScaraRetractRequest(TypedDict):
@@ -6998,9 +6998,9 @@ class ScaraRotateRequest(TypedDict):
     max_speed: NotRequired[PathSpeed | None]
     """The fastest it may get; the standard speed sets still bound it. The gateway writes it to the `slow_pattern` of all axes (RAM only) before; `pattern` does not go with it."""
     radius: Distance
-    """From the third joint to the centre of the turn."""
+    """Distance from the third joint to the centre of the turn."""
     angle: Angle
-    """Between finger and X axis at the end."""
+    """Angle between finger and X axis at the end."""
 
 
 class ScaraSamples(TypedDict):
@@ -7009,7 +7009,7 @@ class ScaraSamples(TypedDict):
     scara_id: str
     move_id: str
     axes: list[BodySamples]
-    """Those of each axis that has a part in it, as the samples of its body's own move: each is asked at a time of its own."""
+    """Samples of each axis that has a part in the move, as of its body's own move: each is asked at a time of its own."""
 
 
 class Section(TypedDict):
@@ -7187,9 +7187,9 @@ class SettingsNews(TypedDict):
     """Settings, speed sets or patterns that are otherwise now."""
 
     commands: list[str]
-    """What was sent and read back, in order, without frames."""
+    """Commands that were sent and read back, in order, without frames."""
     saved: bool
-    """Whether all its settings were written to flash memory then (FIS)."""
+    """True if all its settings were written to flash memory then (FIS)."""
 
 
 class Shift(TypedDict):
@@ -7240,7 +7240,7 @@ class SignalState(TypedDict):
 
     number: int
     name: str | None
-    """From the configuration."""
+    """Name in the configuration."""
     on: bool
 
 
@@ -7282,7 +7282,7 @@ class SpeedChangeInfo(TypedDict):
     """Pulses after the start at which it is done."""
     speed_pps: int
     begin_in_unit: Scaled | None
-    """In the body's unit; null without a scale."""
+    """Begin of the change in the body's unit; null without a scale."""
     end_in_unit: Scaled | None
     speed: Scaled | None
 
@@ -7309,9 +7309,9 @@ class SpeedCurve(TypedDict):
     body_id: str
     pattern: int
     distance: int
-    """In pulses; in encoder mode in encoder counts."""
+    """Distance in pulses; in encoder mode in encoder counts."""
     pulses: int
-    """How many are put out."""
+    """Number of pulses that are put out."""
     distance_in_unit: Scaled | None
     unit: str | None
     """The body's; null without a scale."""
@@ -7351,11 +7351,11 @@ class SpeedSet(TypedDict):
     falling_percent: int | None
     """OB, 0-100; null as `rising_percent`."""
     start_speed: Scaled | None
-    """In the body's unit; null without a scale."""
+    """Start speed in the body's unit; null without a scale."""
     maximum_speed: Scaled | None
     acceleration: Scaled | None
     flash: InFlash | None
-    """What flash memory holds, as far as is known; null where the gateway has seen neither the power come on nor FIS."""
+    """Values in flash memory, as far as is known; null where the gateway has seen neither the power come on nor FIS."""
 
 
 class SpeedSetChange(TypedDict):
@@ -7373,7 +7373,7 @@ class SpeedSetList(TypedDict):
 
     body_id: str
     speed_sets: list[SpeedSet]
-    """In the order of their numbers."""
+    """Sets in the order of their numbers."""
 
 
 class SpeedSetValues(TypedDict):
@@ -7406,14 +7406,14 @@ class SpeedSetting(TypedDict):
 
     mode: Literal["change"]
     speed: int
-    """In pulses per second."""
+    """Speed in pulses per second."""
 
 
 class SpeedsKnown(TypedDict):
     """The speeds in percent that are set again, and the axes that are at 100 %: by unit and coordinates."""
 
     speeds: dict[str, dict[str, dict[str, float]]]
-    """In percent of full speed."""
+    """Percentages of full speed."""
     full_speed: dict[str, dict[str, list[str]]]
 
 
@@ -7421,7 +7421,7 @@ class StallFound(TypedDict):
     """A STALL error that stands: moves are refused until it is cleared or the axis homed."""
 
     finder: Literal["stall_sensor", "encoder"]
-    """By QRD, or by PRD."""
+    """Finder that raised it: QRD or PRD tells of it."""
     reset: str
     """The route that clears it: POST, with {}."""
 
@@ -7446,7 +7446,7 @@ class StatusChange(TypedDict):
 
 
 class StopRefusal(TypedDict):
-    """How far a stop has come that the robot has refused."""
+    """The state of a stop that the robot has refused."""
 
     robot_id: str
     state: Literal["requested", "sent", "acknowledged", "refused", "confirmed", "not_sent"]
@@ -7462,13 +7462,13 @@ class StopRefusal(TypedDict):
 
 
 class StopReport(TypedDict):
-    """How far the stop of one body has come."""
+    """The state of the stop of one body, and its evidence."""
 
     body_id: str
     state: Literal["requested", "sent", "acknowledged", "refused", "confirmed", "not_sent"]
     """Only confirmed means that the controller itself reports standstill."""
     position: int | None
-    """In pulses, at standstill."""
+    """Position in pulses, at standstill."""
     detail: str | None
     """Why it is not confirmed."""
     request_id: str | None
@@ -7496,7 +7496,7 @@ class StoredEntry(TypedDict):
 
     number: int
     axes: dict[str, AxisValue]
-    """By name, without the axes it has no coordinate for."""
+    """Coordinates by name, without the axes it has no coordinate for."""
 
 
 class StoredPath(TypedDict):
@@ -7505,7 +7505,7 @@ class StoredPath(TypedDict):
     scara_id: str
     path: int
     points: list[StoredPoint]
-    """In their order; empty where the path is."""
+    """Points in their order; empty where the path is."""
 
 
 class StoredPoint(TypedDict):
@@ -7559,9 +7559,9 @@ class Stretch(TypedDict):
     """Positions from the lower to the upper, in pulses."""
 
     lower: int
-    """In pulses, below `upper`."""
+    """Lower position in pulses, below `upper`."""
     upper: int
-    """In pulses."""
+    """Upper position in pulses."""
 
 
 class Strictness(TypedDict):
@@ -7611,9 +7611,9 @@ class TableUpload(TypedDict):
     count: int
     """The number of positions it has."""
     flash: bool
-    """Whether the whole table is to be written to flash memory, too (FPS)."""
+    """True if the whole table is to be written to flash memory, too (FPS)."""
     positions: list[NamedPosition] | None
-    """As read back, once it has succeeded. Events leave them out: ask for the record."""
+    """Positions as read back, once all are stored. Events leave them out: ask for the record."""
 
 
 class TakeOverRequest(TypedDict):
@@ -7730,9 +7730,9 @@ class UnitPosition(TypedDict):
     coordinates: Literal["user", "motor"]
     axes: dict[str, AxisPlace]
     read_at: str
-    """When the robot's answer came."""
+    """Time of the robot's answer."""
     age_ms: float
-    """How old the answer was when it was passed on."""
+    """Age of the answer in ms when it was passed on."""
 
 
 class UnitSettings(TypedDict):
@@ -7770,11 +7770,11 @@ class UnitStatus(TypedDict):
     robot_id: str
     unit: int
     moving: bool
-    """Whether an axis moves, or a macro, homing or a move is under way."""
+    """The state of a unit and its axes."""
     axes: dict[str, AxisState]
-    """By motor axis."""
+    """True if an axis moves, or a macro, homing or a move is under way."""
     read_at: str
-    """When the answer to ACD came, the first of the two."""
+    """States of the motor axes, by name."""
     age_ms: float
 
 
@@ -7821,7 +7821,7 @@ class VariableList(TypedDict):
 
 
 class VariableSetting(TypedDict):
-    """What a variable shall hold."""
+    """The value that a variable is to take."""
 
     value: float
 
@@ -7848,7 +7848,7 @@ class ViaPoint(TypedDict):
     x: NotRequired[Distance | None]
     y: NotRequired[Distance | None]
     radius: NotRequired[Distance | None]
-    """Of the arc that rounds the corner; left out, 0. The last point has none."""
+    """Radius of the arc that rounds the corner; left out, 0. The last point has none."""
     place: NotRequired[Literal["center"] | None]
     """`center`: the third joint is over the origin of coordinates."""
 
@@ -7859,7 +7859,7 @@ class WantedPlace(TypedDict):
     x: Distance
     y: Distance
     angle: NotRequired[Angle | None]
-    """Between finger and X axis; left out, 0, or the only one of a belt-linked robot."""
+    """Angle between finger and X axis; left out, 0, or the only one of a belt-linked robot."""
 
 
 class Weakened(TypedDict):
@@ -7877,7 +7877,7 @@ class WentOffline(TypedDict):
     """Why a body counts as silent."""
 
     asked: bool
-    """False where nobody on its line was heard, and it was not asked itself."""
+    """False where no body on its line was heard, and it was not asked itself."""
 
 
 Block: TypeAlias = Literal["a", "b", "c", "d"]

@@ -440,9 +440,9 @@ export interface paths {
         put?: never;
         /**
          * Upload Body Position Table
-         * @description Begin to store positions as `PUT .../positions` does; the record at `Location` tells how far it is.
+         * @description Begin to store positions as `PUT .../positions` does; the record at `Location` tells the progress.
          *
-         *     What takes long does so without holding a request: all 2048 positions take four minutes at 9600 baud.
+         *     The request is not held meanwhile: all 2048 positions take four minutes at 9600 baud.
          */
         post: operations["uploadBodyPositionTable"];
         delete?: never;
@@ -1026,7 +1026,7 @@ export interface paths {
         put?: never;
         /**
          * Start Scan
-         * @description Ask all 120 body numbers of the line, between its other work, whether somebody is there.
+         * @description Ask all 120 body numbers of the line, between its other work, whether a body is there.
          *
          *     A line with a robot has none.
          */
@@ -1251,9 +1251,9 @@ export interface paths {
         };
         /**
          * Readyz
-         * @description Say whether all lines are open and set up, somebody answers on each, and the journal can be written.
+         * @description Say whether all lines are open and set up, a device answers on each, and the journal can be written.
          *
-         *     A journal in trouble is no 503: nobody else could carry out the stops and reads that go on.
+         *     A journal in trouble is no 503: no other gateway could carry out the stops and reads that go on.
          */
         get: operations["readyz"];
         put?: never;
@@ -1361,8 +1361,8 @@ export interface paths {
          * Get Samples
          * @description Get where a body was seen during a move, and where the plan has it, for the settings of the move.
          *
-         *     The settings for the plan are read from the controller when somebody first asks. The newest 200 moves have
-         *     samples until the gateway ends; one that is under way has those until now.
+         *     The settings for the plan are read from the controller at the first request for the samples. The newest
+         *     200 moves have samples until the gateway ends; one that is under way has those until now.
          */
         get: operations["getSamples"];
         put?: never;
@@ -1404,8 +1404,8 @@ export interface paths {
          * Get Robot Samples
          * @description Get where a unit was seen during a move, and where its settings lead an axis that goes alone.
          *
-         *     How a robot times several axes, or an S-curve, no command tells: there `note` says why nothing is planned.
-         *     The settings are read from the robot when somebody first asks.
+         *     No command tells the timing of several axes, or of an S-curve: `note` says then why nothing is planned.
+         *     The settings are read from the robot at the first request for the samples.
          */
         get: operations["getRobotSamples"];
         put?: never;
@@ -1469,7 +1469,7 @@ export interface paths {
         put?: never;
         /**
          * Keep Jogging Body
-         * @description Let the motor move for another half second; 409 when it is being stopped, or nobody can reach it.
+         * @description Let the motor move for another half second; 409 when it is being stopped, or cannot be reached.
          */
         post: operations["keepJoggingBody"];
         delete?: never;
@@ -1531,7 +1531,7 @@ export interface paths {
         put?: never;
         /**
          * Keep Jogging
-         * @description Let the axis move for another half second; 409 when it is being stopped, or nobody can reach it.
+         * @description Let the axis move for another half second; 409 when it is being stopped, or cannot be reached.
          */
         post: operations["keepJogging"];
         delete?: never;
@@ -2412,7 +2412,7 @@ export interface paths {
          * Get Scara Samples
          * @description Get where the axes were seen during a move, and where the plan has each, along the path or alone.
          *
-         *     The settings for the plan are read from the controllers when somebody first asks.
+         *     The settings for the plan are read from the controllers at the first request for the samples.
          */
         get: operations["getScaraSamples"];
         put?: never;
@@ -3875,7 +3875,7 @@ export interface components {
             minimum: number | null;
             /** Maximum */
             maximum: number | null;
-            /** @description What it is when nothing was written to flash memory. */
+            /** @description Value when nothing was written to flash memory. */
             default: components["schemas"]["JsonValue"];
         };
         /**
@@ -4189,7 +4189,7 @@ export interface components {
             name: string;
             /**
              * Unit
-             * @description Of its coordinates: mm, pulse or degree.
+             * @description Unit of its coordinates: mm, pulse or degree.
              */
             unit: string;
             /** Speed Unit */
@@ -4240,7 +4240,7 @@ export interface components {
         AxisPlace: {
             /**
              * Value
-             * @description Null while the robot does not know it.
+             * @description Coordinate; null while the robot does not know it.
              */
             value: number | null;
             /**
@@ -4268,7 +4268,7 @@ export interface components {
         AxisPulses: {
             /**
              * Pulses
-             * @description Of axes 0, 1 and 2; belt-linked robots have two.
+             * @description Positions of axes 0, 1 and 2; belt-linked robots have two.
              */
             pulses: number[];
         };
@@ -4362,7 +4362,7 @@ export interface components {
         };
         /**
          * AxisValue
-         * @description What an axis has: a coordinate or a speed.
+         * @description A coordinate or a speed of an axis, with its unit.
          */
         AxisValue: {
             /** Value */
@@ -4552,7 +4552,7 @@ export interface components {
         };
         /**
          * BitMismatch
-         * @description What a unit shows at rest that the configured order of bits does not explain.
+         * @description Bits of a unit at rest that the configured order of bits does not explain.
          */
         BitMismatch: {
             /** Unit */
@@ -4943,7 +4943,7 @@ export interface components {
             without?: ("settings" | "speed-sets" | "patterns" | "positions" | "memories" | "program")[] | null;
             /**
              * Units
-             * @description For a backup made at another scale (`[scale]`), which is refused else. keep_pulses: the same pulses, which are other lengths; convert: the same lengths, speeds and accelerations, to the nearest pulse.
+             * @description Conversion of a backup made at another scale (`[scale]`), which is refused else. keep_pulses: the same pulses, which are other lengths; convert: the same lengths, speeds and accelerations, to the nearest pulse.
              */
             units?: ("keep_pulses" | "convert") | null;
             /**
@@ -5145,7 +5145,7 @@ export interface components {
         BodyInfo: {
             /**
              * Body Id
-             * @description Its unique address, such as arm.3F.
+             * @description Unique address, such as arm.3F.
              */
             body_id: string;
             /** Line Id */
@@ -5154,12 +5154,12 @@ export interface components {
             name: string;
             /**
              * Online
-             * @description Whether it can be asked now, as far as is known.
+             * @description True if it can be asked now, as far as is known.
              */
             online: boolean;
             /**
              * Last Heard At
-             * @description When it last answered anything.
+             * @description Time at which it last answered anything.
              */
             last_heard_at: string | null;
             /**
@@ -5169,7 +5169,7 @@ export interface components {
             known_age_s: number | null;
             /**
              * Moving
-             * @description Null while out of reach, and until its status is read.
+             * @description True if the motor moves; null while out of reach, and until its status is read.
              */
             moving: boolean | null;
             /**
@@ -5185,7 +5185,7 @@ export interface components {
             homed: "yes" | "no" | "unknown";
             /**
              * Power Cycled
-             * @description It has lost its power; motions to places are refused until it is homed, its position is set, or that is acknowledged.
+             * @description True if it has lost its power; motions to places are refused until it is homed, its position is set, or that is acknowledged.
              */
             power_cycled: boolean;
             /**
@@ -5199,12 +5199,12 @@ export interface components {
             groups: string[];
             /**
              * Counted In
-             * @description Of the position; null until its operating mode is read, as `position` of a body and its live values have it, and again after it may have changed.
+             * @description Unit of the position; null until its operating mode is read, as `position` of a body and its live values have it, and again after it may have changed.
              */
             counted_in: ("pulses" | "encoder_counts") | null;
             /**
              * Position
-             * @description In `counted_in`, as last read; null until it was read since it was called otherwise.
+             * @description Position as last read, in `counted_in`; null until it was read since it was called otherwise.
              */
             position: number | null;
             /** Position Read At */
@@ -5269,12 +5269,12 @@ export interface components {
             /**
              * Read At
              * Format: date-time
-             * @description When the controller's answer came.
+             * @description Time of the controller's answer.
              */
             read_at: string;
             /**
              * Age Ms
-             * @description How old the answer was when it was passed on.
+             * @description Age of the answer in ms when it was passed on.
              */
             age_ms: number;
             /** Inputs */
@@ -5287,7 +5287,7 @@ export interface components {
         BodyJog: {
             /**
              * Id
-             * @description Of the jog, and of the move it makes.
+             * @description Id of the jog, and of the move it makes.
              */
             id: string;
             /**
@@ -5322,7 +5322,7 @@ export interface components {
             speed: "high" | "low";
             /**
              * Distance
-             * @description So far it goes at most, in pulses; encoder counts in encoder mode.
+             * @description Longest way in pulses; encoder counts in encoder mode.
              */
             distance: number;
         };
@@ -5416,7 +5416,7 @@ export interface components {
         };
         /**
          * BodyJogRequest
-         * @description Which way to jog, how fast, and how far at most.
+         * @description The direction of a jog, its speed and its longest way.
          * @example {
          *       "direction": "cw"
          *     }
@@ -6347,12 +6347,12 @@ export interface components {
             move_id: string | null;
             /**
              * Counted In
-             * @description Of the position; null where that is not known.
+             * @description Unit of the position; null where that is not known.
              */
             counted_in: ("pulses" | "encoder_counts") | null;
             /**
              * Position
-             * @description In `counted_in`, as last read.
+             * @description Position as last read, in `counted_in`.
              */
             position: number | null;
             /** Homed */
@@ -6460,12 +6460,12 @@ export interface components {
             /**
              * Read At
              * Format: date-time
-             * @description When the controller's answer came.
+             * @description Time of the controller's answer.
              */
             read_at: string;
             /**
              * Age Ms
-             * @description How old the answer was when it was passed on.
+             * @description Age of the answer in ms when it was passed on.
              */
             age_ms: number;
             /** Outputs */
@@ -6483,12 +6483,12 @@ export interface components {
             pulses: number;
             /**
              * Counted In
-             * @description Null where its operating mode could not be read.
+             * @description Unit of `pulses`; null where its operating mode could not be read.
              */
             counted_in: ("pulses" | "encoder_counts") | null;
             /**
              * Value
-             * @description The same in `unit`; null without a scale.
+             * @description Position in `unit`; null without a scale.
              */
             value: number | null;
             /** Unit */
@@ -6985,7 +6985,7 @@ export interface components {
             positions: components["schemas"]["NamedPosition"][];
             /**
              * Flash
-             * @description What flash memory holds of these, by number, as `pulses`: what counts at power-on. Only what is known: the gateway has to have seen that the table was saved (FPS) or loaded (FPD).
+             * @description Positions in flash memory, by number, as `pulses`: those that count at power-on. Only known ones: the gateway has to have seen that the table was saved (FPS) or loaded (FPD).
              */
             flash: {
                 [key: string]: number;
@@ -7690,7 +7690,7 @@ export interface components {
             without?: ("settings" | "speed-sets" | "patterns" | "positions" | "memories" | "program")[] | null;
             /**
              * Units
-             * @description For a backup made at another scale (`[scale]`), which is refused else. keep_pulses: the same pulses, which are other lengths; convert: the same lengths, speeds and accelerations, to the nearest pulse.
+             * @description Conversion of a backup made at another scale (`[scale]`), which is refused else. keep_pulses: the same pulses, which are other lengths; convert: the same lengths, speeds and accelerations, to the nearest pulse.
              */
             units?: ("keep_pulses" | "convert") | null;
             /**
@@ -7810,7 +7810,7 @@ export interface components {
             /**
              * Time
              * Format: date-time
-             * @description When the controller's answer came.
+             * @description Time of the controller's answer.
              */
             time: string;
             /**
@@ -7822,12 +7822,12 @@ export interface components {
             pulses: number;
             /**
              * Value
-             * @description The same in `unit`; null without a scale.
+             * @description Position in `unit`; null without a scale.
              */
             value: number | null;
             /**
              * Planned Pulses
-             * @description Where the plan has it then; null without a plan.
+             * @description Planned place in pulses at this time; null without a plan.
              */
             planned_pulses: number | null;
         };
@@ -7849,7 +7849,7 @@ export interface components {
             pulses_per_unit: number | null;
             /**
              * Planned S
-             * @description How long the plan has pulses run; null without a plan or an end.
+             * @description Seconds for which pulses run in the plan; null without a plan or an end.
              */
             planned_s: number | null;
             /**
@@ -7919,12 +7919,12 @@ export interface components {
             /**
              * Read At
              * Format: date-time
-             * @description When the controller's answer came.
+             * @description Time of the controller's answer.
              */
             read_at: string;
             /**
              * Age Ms
-             * @description How old the answer was when it was passed on.
+             * @description Age of the answer in ms when it was passed on.
              */
             age_ms: number;
             sensors: components["schemas"]["SensorBits"];
@@ -7938,14 +7938,14 @@ export interface components {
             body_id: string;
             /**
              * Version
-             * @description Of the control software (9VD).
+             * @description Version of the control software (9VD).
              */
             version: string;
-            /** @description In RAM: those in force. */
+            /** @description Settings in RAM: those in force. */
             settings: components["schemas"]["Settings"];
             /**
              * In Unit
-             * @description Those in pulses, in the body's unit, by their names; empty without a scale.
+             * @description Settings in pulses, in the body's unit, by their names; empty without a scale.
              */
             in_unit: {
                 [key: string]: components["schemas"]["Scaled"];
@@ -7957,7 +7957,7 @@ export interface components {
             unavailable: {
                 [key: string]: string;
             };
-            /** @description In flash memory, as far as is known; null where the gateway has seen neither the power come on nor FIS. Position index and outputs change without a command, so they are never told. */
+            /** @description Settings in flash memory, as far as is known; null where the gateway has seen neither the power come on nor FIS. Position index and outputs change without a command, so they are never told. */
             flash: components["schemas"]["Settings"] | null;
             /**
              * About
@@ -7971,8 +7971,8 @@ export interface components {
          * BodySettingsChange
          * @description Settings to change; the others stay as they are.
          *
-         *     Null ends soft limits, error outputs, and what interrupts are heeded for, record and pulse. Of all others
-         *     it says that they are not set, or cannot be read, which has to be so.
+         *     Null ends soft limits, error outputs, and what interrupts are heeded for, record and pulse. For every
+         *     other setting null says that it is not set, or cannot be read, which has to be so.
          * @example {
          *       "homing_retries": 1,
          *       "origin_offset": 20
@@ -8238,7 +8238,7 @@ export interface components {
             sensors: components["schemas"]["SensorBits"];
             /**
              * Stalls
-             * @description Which finder has raised a STALL error that stands.
+             * @description Finders whose STALL error stands.
              */
             stalls: components["schemas"]["StallFound"][];
             /**
@@ -8249,7 +8249,7 @@ export interface components {
             /**
              * Read At
              * Format: date-time
-             * @description When the first of the three answers came.
+             * @description Time of the first of the three answers.
              */
             read_at: string;
             /** Age Ms */
@@ -8526,12 +8526,12 @@ export interface components {
         CaptureBounds: {
             /**
              * Lower
-             * @description In pulses; encoder counts in encoder mode.
+             * @description Lower bound in pulses; encoder counts in encoder mode.
              */
             lower: number;
             /**
              * Upper
-             * @description As `lower`.
+             * @description Upper bound, counted as `lower`.
              */
             upper: number;
         };
@@ -8557,7 +8557,7 @@ export interface components {
             output: number;
             /**
              * On
-             * @description Its state during the pulse.
+             * @description State of the output during the pulse.
              */
             on: boolean;
             /** Duration Ms */
@@ -8599,7 +8599,7 @@ export interface components {
              */
             recorded?: components["schemas"]["EntryToRecord"][] | null;
             pulse?: components["schemas"]["CapturePulse"] | null;
-            /** @description Left out, the edge counts everywhere. */
+            /** @description Numbers of the three entries as GET gives them, each in its place. */
             between?: components["schemas"]["Section"] | null;
         };
         /**
@@ -8613,12 +8613,12 @@ export interface components {
             input: number;
             /**
              * Name
-             * @description From the configuration.
+             * @description Name of the input in the configuration.
              */
             name: string | null;
             /**
              * Edge
-             * @description What it waits for; off: it is not armed, or not any more.
+             * @description Edge that it waits for; off: it is not armed, or not any more.
              * @enum {string}
              */
             edge: "off" | "falling" | "rising";
@@ -8626,13 +8626,13 @@ export interface components {
             armed: boolean;
             /**
              * Captured
-             * @description Null where no entry takes a value.
+             * @description True if an edge has set the values; null where no entry takes a value.
              */
             captured: boolean | null;
             /** Recorded */
             recorded: components["schemas"]["CapturedValue"][];
             pulse: components["schemas"]["CapturePulse"] | null;
-            /** @description Null: everywhere. */
+            /** @description Positions between which an edge counts; null: everywhere. */
             between: components["schemas"]["CaptureBounds"] | null;
         };
         /**
@@ -8652,12 +8652,12 @@ export interface components {
             number: number;
             /**
              * Pulses
-             * @description Null until an edge comes; where another host has armed the input, 0. Encoder counts for `encoder`, and in encoder mode for `position`.
+             * @description Value in pulses; null until an edge comes; where another host has armed the input, 0. Encoder counts for `encoder`, and in encoder mode for `position`.
              */
             pulses: number | null;
             /**
              * Value
-             * @description The same in `unit`; null without a scale, and for `encoder`.
+             * @description Value in `unit`; null without a scale, and for `encoder`.
              */
             value: number | null;
             /** Unit */
@@ -8681,7 +8681,7 @@ export interface components {
              * @enum {string}
              */
             outcome: "unchanged" | "changed";
-            /** @description Null also where it could not be read. */
+            /** @description Value before; null also where it could not be read. */
             before: components["schemas"]["JsonValue"];
         };
         /**
@@ -8698,7 +8698,7 @@ export interface components {
             number: number;
             /**
              * Acceleration Set
-             * @description Null where the pattern was never set.
+             * @description Number of the speed set for acceleration; null where the pattern was never set.
              */
             acceleration_set: number | null;
             /** Deceleration Set */
@@ -8708,11 +8708,11 @@ export interface components {
              * @description Kept in RAM only; null where the body cannot work them out: its speed sets are not complete, or the changes do not suit them.
              */
             changes: components["schemas"]["SpeedChangeInfo"][] | null;
-            /** @description What flash memory holds; null where that is not known. */
+            /** @description Sets in flash memory; null where that is not known. */
             flash: components["schemas"]["PatternSets"] | null;
             /**
              * Steps
-             * @description What the change took, in order.
+             * @description Steps of the change, in order.
              */
             steps: components["schemas"]["ChangeStep"][];
         };
@@ -8723,11 +8723,11 @@ export interface components {
         ChangedSettings: {
             /** Body Id */
             body_id: string;
-            /** @description Those that were named; the others are left out. */
+            /** @description Settings that were named; the others are left out. */
             settings: components["schemas"]["Settings"];
             /**
              * Steps
-             * @description What the change took, in order.
+             * @description Steps of the change, in order.
              */
             steps: components["schemas"]["ChangeStep"][];
         };
@@ -8768,15 +8768,15 @@ export interface components {
              * @description OB, 0-100; null as `rising_percent`.
              */
             falling_percent: number | null;
-            /** @description In the body's unit; null without a scale. */
+            /** @description Start speed in the body's unit; null without a scale. */
             start_speed: components["schemas"]["Scaled"] | null;
             maximum_speed: components["schemas"]["Scaled"] | null;
             acceleration: components["schemas"]["Scaled"] | null;
-            /** @description What flash memory holds, as far as is known; null where the gateway has seen neither the power come on nor FIS. */
+            /** @description Values in flash memory, as far as is known; null where the gateway has seen neither the power come on nor FIS. */
             flash: components["schemas"]["InFlash"] | null;
             /**
              * Steps
-             * @description What the change took, in order.
+             * @description Steps of the change, in order.
              */
             steps: components["schemas"]["ChangeStep"][];
         };
@@ -8899,12 +8899,12 @@ export interface components {
             modes: ("stepping" | "encoder" | "servo")[];
             /**
              * While Moving
-             * @description Whether it is allowed while the motor moves.
+             * @description True if it is allowed while the motor moves.
              */
             while_moving: boolean;
             /**
              * In Programs
-             * @description Whether it is allowed in user programs.
+             * @description True if it is allowed in user programs.
              */
             in_programs: boolean;
             /** Errors */
@@ -9081,7 +9081,7 @@ export interface components {
             axis: number;
             /**
              * Agrees
-             * @description Whether it is what the configuration has.
+             * @description True if it equals the geometry in the configuration.
              */
             agrees: boolean;
         };
@@ -9130,14 +9130,14 @@ export interface components {
          */
         CurveDraft: {
             acceleration: components["schemas"]["SpeedSetValues"];
-            /** @description Left out: as the acceleration. */
+            /** @description Deceleration; left out: as the acceleration. */
             deceleration?: components["schemas"]["SpeedSetValues"] | null;
             /**
              * Changes
              * @description All that it shall have.
              */
             changes?: components["schemas"]["SpeedChangeRequest"][];
-            /** @description How far the move goes. */
+            /** @description Distance of the move. */
             distance: components["schemas"]["Length"];
             /**
              * Speed
@@ -9147,7 +9147,7 @@ export interface components {
             speed?: "high" | "low";
             /**
              * Points
-             * @description How many moments, evenly spread. Left out: 200.
+             * @description Number of moments, evenly spread. Left out: 200.
              */
             points?: number;
         };
@@ -9178,7 +9178,7 @@ export interface components {
             acceleration: number;
             /**
              * Position In Unit
-             * @description In the body's unit; null without a scale.
+             * @description Position in the body's unit; null without a scale.
              */
             position_in_unit: number | null;
             /** Speed In Unit */
@@ -9331,11 +9331,11 @@ export interface components {
              * @enum {string}
              */
             operating_mode: "stepping" | "encoder" | "servo";
-            /** @description In RAM. */
+            /** @description Settings in RAM. */
             settings: components["schemas"]["EncoderSettings"];
             /**
              * In Unit
-             * @description Those in pulses, in the body's unit, by their names.
+             * @description Settings in pulses, in the body's unit, by their names.
              */
             in_unit: {
                 [key: string]: components["schemas"]["Scaled"];
@@ -9347,7 +9347,7 @@ export interface components {
             unavailable: {
                 [key: string]: string;
             };
-            /** @description What was counted when it was asked. */
+            /** @description Counts at the last reading. */
             last: components["schemas"]["EncoderCounts"];
         };
         /**
@@ -9406,13 +9406,13 @@ export interface components {
         EncoderCounts: {
             /**
              * Counted In
-             * @description What positions and amounts of this body are counted in.
+             * @description Unit of positions and amounts of this body.
              * @enum {string}
              */
             counted_in: "pulses" | "encoder_counts";
             /**
              * Position
-             * @description Where the body says it is, in `counted_in` (6PD).
+             * @description Position that the body tells, in `counted_in` (6PD).
              */
             position: number;
             position_in_unit: components["schemas"]["Scaled"] | null;
@@ -9423,7 +9423,7 @@ export interface components {
             count: number;
             /**
              * Count In Pulses
-             * @description The same, times the ratio (6MD).
+             * @description Encoder's count in pulses: the count times the ratio (6MD).
              */
             count_in_pulses: number;
             /**
@@ -9433,7 +9433,7 @@ export interface components {
             difference: number | null;
             /**
              * Stalled
-             * @description Whether the encoder has found a step-out that stands (PRD).
+             * @description True if the encoder has found a step-out that stands (PRD).
              */
             stalled: boolean;
         };
@@ -9579,7 +9579,7 @@ export interface components {
         };
         /**
          * ErrorOutputChoice
-         * @description Which output reports a cause, and how.
+         * @description The output that reports a cause, and its state on an error.
          * @example {
          *       "on": true,
          *       "output": 7
@@ -9622,12 +9622,12 @@ export interface components {
             cause: "ems" | "limit" | "stall" | "any";
             /**
              * Output
-             * @description Null: nothing reports it.
+             * @description Number of the output; null: nothing reports the cause.
              */
             output: number | null;
             /**
              * Name
-             * @description Of the output, from the configuration.
+             * @description Name of the output in the configuration.
              */
             name: string | null;
             /**
@@ -9637,13 +9637,13 @@ export interface components {
             on: boolean | null;
             /**
              * Standing
-             * @description Whether it has come, and was not taken back since.
+             * @description True if the cause has come, and was not taken back since.
              */
             standing: boolean;
         };
         /**
          * ErrorsReset
-         * @description Who has reset the error that stood.
+         * @description The end of an error that stood, and who reset it.
          */
         ErrorsReset: {
             /**
@@ -9749,16 +9749,16 @@ export interface components {
              * @enum {string}
              */
             addressed_to: "robot" | "unit";
-            /** @description When it is answered; Ver.2 answers only `always`. */
+            /** @description Condition of an answer; Ver.2 answers only `always`. */
             answered: components["schemas"]["WhenAnswered"];
             /**
              * Blocked By
-             * @description What makes the robot refuse it; the manual's letters.
+             * @description Conditions in which the robot refuses it, by the manual's letters.
              */
             blocked_by: components["schemas"]["Block"][];
             /**
              * During Upload
-             * @description Whether it is allowed between POF 1 and POF 2.
+             * @description True if it is allowed between POF 1 and POF 2.
              */
             during_upload: boolean;
         };
@@ -9771,7 +9771,7 @@ export interface components {
             body_id: string;
             /**
              * Configured
-             * @description Whether the configuration knows it.
+             * @description True if the body is in the configuration.
              */
             configured: boolean;
         };
@@ -10799,7 +10799,7 @@ export interface components {
         GroupInfo: {
             /**
              * Group Id
-             * @description Its unique address, such as arm.80.
+             * @description Unique address, such as arm.80.
              */
             group_id: string;
             /** Line Id */
@@ -11146,11 +11146,11 @@ export interface components {
         Homing: {
             /** Body Id */
             body_id: string;
-            /** @description In RAM; the speeds are those of the standard set. */
+            /** @description Settings in RAM; the speeds are those of the standard set. */
             settings: components["schemas"]["HomingSettings"];
             /**
              * In Unit
-             * @description Those in pulses, in the body's unit, by their names; empty without a scale.
+             * @description Settings in pulses, in the body's unit, by their names; empty without a scale.
              */
             in_unit: {
                 [key: string]: components["schemas"]["Scaled"];
@@ -11315,7 +11315,7 @@ export interface components {
             number: number;
             /**
              * Name
-             * @description As the configuration has it.
+             * @description Name of the input in the configuration.
              */
             name: string | null;
             /** On */
@@ -11401,7 +11401,7 @@ export interface components {
         };
         /**
          * JogRequest
-         * @description Which axis to jog, and which way (C-HOST manual 2-2).
+         * @description The axis to jog, and its direction (C-HOST manual 2-2).
          * @example {
          *       "axis": "X",
          *       "direction": "+",
@@ -11540,13 +11540,13 @@ export interface components {
         Kinematics: {
             x: components["schemas"]["Micrometres"];
             y: components["schemas"]["Micrometres"];
-            /** @description Between finger and X axis, above -180 and up to 180 degrees. */
+            /** @description Angle between finger and X axis, above -180 and up to 180 degrees. */
             angle: components["schemas"]["Millidegrees"];
             /** Scara Id */
             scara_id: string;
             /**
              * Pulses
-             * @description Of axes 0, 1 and 2.
+             * @description Positions of axes 0, 1 and 2.
              */
             pulses: number[];
         };
@@ -12065,7 +12065,7 @@ export interface components {
             without?: ("settings" | "speed-sets" | "patterns" | "positions" | "memories" | "program")[] | null;
             /**
              * Units
-             * @description For a backup made at another scale (`[scale]`), which is refused else. keep_pulses: the same pulses, which are other lengths; convert: the same lengths, speeds and accelerations, to the nearest pulse.
+             * @description Conversion of a backup made at another scale (`[scale]`), which is refused else. keep_pulses: the same pulses, which are other lengths; convert: the same lengths, speeds and accelerations, to the nearest pulse.
              */
             units?: ("keep_pulses" | "convert") | null;
             /**
@@ -12262,12 +12262,12 @@ export interface components {
             protocol: "rorze";
             /**
              * Controllers
-             * @description What the link master answered to XID.
+             * @description Answer of the link master to XID.
              */
             controllers: string;
             /**
              * Stop Mode
-             * @description Whether a stop goes out at the next frame boundary, or after the reply under way.
+             * @description Moment of a stop: at the next frame boundary, or after the reply under way.
              * @enum {string}
              */
             stop_mode: "interject" | "after_reply";
@@ -12516,7 +12516,7 @@ export interface components {
         };
         /**
          * LineMessage
-         * @description A frame of a special address that nobody knows.
+         * @description A frame of a special address that the gateway does not know.
          */
         LineMessage: {
             /** Frame */
@@ -12897,7 +12897,7 @@ export interface components {
             without?: ("settings" | "speed-sets" | "patterns" | "positions" | "memories" | "program")[] | null;
             /**
              * Units
-             * @description For a backup made at another scale (`[scale]`), which is refused else. keep_pulses: the same pulses, which are other lengths; convert: the same lengths, speeds and accelerations, to the nearest pulse.
+             * @description Conversion of a backup made at another scale (`[scale]`), which is refused else. keep_pulses: the same pulses, which are other lengths; convert: the same lengths, speeds and accelerations, to the nearest pulse.
              */
             units?: ("keep_pulses" | "convert") | null;
             /**
@@ -13161,12 +13161,12 @@ export interface components {
         };
         /**
          * LineStopsUnconfirmed
-         * @description Stops on a line on which nobody answers; the event of each body is told as well.
+         * @description Stops on a line on which no body answers; the event of each body is told as well.
          */
         LineStopsUnconfirmed: {
             /**
              * Silent S
-             * @description For so long nobody on it has answered since the first of them.
+             * @description Seconds since the first of them without an answer of any body on the line.
              */
             silent_s: number;
             /**
@@ -13316,7 +13316,7 @@ export interface components {
         LineUp: {
             /**
              * Controllers
-             * @description What an RC-400 answered to XID.
+             * @description Answer of an RC-400 to XID.
              */
             controllers?: string | null;
             /**
@@ -13390,7 +13390,7 @@ export interface components {
         LiveAxis: {
             /**
              * Value
-             * @description Null while the robot does not know it.
+             * @description Coordinate; null while the robot does not know it.
              */
             value: number | null;
             /**
@@ -13435,12 +13435,12 @@ export interface components {
             name: string;
             /**
              * Title
-             * @description What it does, from the configuration; null where it is not there.
+             * @description Title of the macro in the configuration; null without one.
              */
             title: string | null;
             /**
              * Refused
-             * @description Whether the robot has refused it as unknown when it was last called.
+             * @description True if the robot refused it as unknown at the last call.
              */
             refused: boolean;
         };
@@ -13570,7 +13570,7 @@ export interface components {
         MemoryChange: {
             /**
              * Value
-             * @description Null, as GET gives it, leaves what is no number as it is.
+             * @description A value that is null, as GET gives it, leaves a memory without a number as it is.
              */
             value: number | null;
         };
@@ -13695,12 +13695,12 @@ export interface components {
             /**
              * Read At
              * Format: date-time
-             * @description When the controller's answer came.
+             * @description Time of the controller's answer.
              */
             read_at: string;
             /**
              * Age Ms
-             * @description How old the answer was when it was passed on.
+             * @description Age of the answer in ms when it was passed on.
              */
             age_ms: number;
         };
@@ -13861,7 +13861,7 @@ export interface components {
             name: string;
             /**
              * Value
-             * @description Null, as GET gives it, leaves what is no number as it is.
+             * @description A value that is null, as GET gives it, leaves a memory without a number as it is.
              */
             value: number | null;
         };
@@ -13881,7 +13881,7 @@ export interface components {
             pulses: number;
             /**
              * Value
-             * @description The same in `unit`; null without a scale.
+             * @description Position in `unit`; null without a scale.
              */
             value: number | null;
             /** Unit */
@@ -14051,14 +14051,14 @@ export interface components {
         };
         /**
          * NoiseFilters
-         * @description How long the level of an input or a sensor has to be another before it counts as changed.
+         * @description The time for which an input or a sensor has to hold a new level before it counts as changed.
          */
         NoiseFilters: {
             /** Body Id */
             body_id: string;
             /**
              * Noise Filters
-             * @description By input or sensor: equal samples, one each ms, that make a change of level.
+             * @description Equal samples, one each ms, that make a change of level, by input or sensor.
              */
             noise_filters: {
                 [key: string]: number;
@@ -14076,7 +14076,7 @@ export interface components {
         NoiseFiltersChange: {
             /**
              * Noise Filters
-             * @description By input or sensor; in samples.
+             * @description Samples by input or sensor.
              */
             noise_filters: {
                 [key: string]: number;
@@ -14136,7 +14136,7 @@ export interface components {
         };
         /**
          * OutputState
-         * @description What an output shall be.
+         * @description The state that an output is to take.
          * @example {
          *       "on": true
          *     }
@@ -14227,7 +14227,7 @@ export interface components {
         PathDefinition: {
             /**
              * Points
-             * @description In their order; the last is the end.
+             * @description Points in their order; the last is the end.
              */
             points: components["schemas"]["ViaPoint"][];
         };
@@ -14262,7 +14262,7 @@ export interface components {
             number: number;
             /**
              * Acceleration Set
-             * @description Null where the pattern was never set.
+             * @description Number of the speed set for acceleration; null where the pattern was never set.
              */
             acceleration_set: number | null;
             /** Deceleration Set */
@@ -14272,7 +14272,7 @@ export interface components {
              * @description Kept in RAM only; null where the body cannot work them out: its speed sets are not complete, or the changes do not suit them.
              */
             changes: components["schemas"]["SpeedChangeInfo"][] | null;
-            /** @description What flash memory holds; null where that is not known. */
+            /** @description Sets in flash memory; null where that is not known. */
             flash: components["schemas"]["PatternSets"] | null;
         };
         /**
@@ -14305,7 +14305,7 @@ export interface components {
             body_id: string;
             /**
              * Patterns
-             * @description In the order of their numbers.
+             * @description Patterns in the order of their numbers.
              */
             patterns: components["schemas"]["Pattern"][];
         };
@@ -14404,7 +14404,7 @@ export interface components {
             frame: string;
             /**
              * Counted In
-             * @description What the target's position is counted in.
+             * @description Unit of the target's position.
              */
             counted_in: ("pulses" | "encoder_counts") | null;
             /**
@@ -14414,12 +14414,12 @@ export interface components {
             distance: number | null;
             /**
              * Target Position
-             * @description In `counted_in`, where it can be known beforehand.
+             * @description Target in `counted_in`, where it can be known beforehand.
              */
             target_position: number | null;
             /**
              * Duration S
-             * @description How long pulses would run, with the settings of now.
+             * @description Seconds for which pulses would run, with the present settings.
              */
             duration_s: number | null;
             /**
@@ -14460,34 +14460,34 @@ export interface components {
             frame: string;
             /**
              * Coordinates
-             * @description Which axes the positions are of.
+             * @description Coordinates of the positions.
              * @enum {string}
              */
             coordinates: "user" | "motor";
             /**
              * Units
-             * @description By axis: mm, pulse or degree.
+             * @description Units by axis: mm, pulse or degree.
              */
             units: {
                 [key: string]: string;
             };
             /**
              * Start Position
-             * @description By axis, as it is now; null while the robot does not tell it.
+             * @description Present position by axis; null while the robot does not tell it.
              */
             start_position: {
                 [key: string]: number | null;
             } | null;
             /**
              * Target Position
-             * @description By axis that moves, where it can be known beforehand.
+             * @description Target by axis that moves, where it can be known beforehand.
              */
             target_position: {
                 [key: string]: number | null;
             } | null;
             /**
              * Duration S
-             * @description How long it would move by the settings of now, where that can be calculated.
+             * @description Seconds that it would move by the present settings, where that can be calculated.
              */
             duration_s: number | null;
             /**
@@ -14512,22 +14512,22 @@ export interface components {
             target: components["schemas"]["ScaraPlace"];
             /**
              * Start Positions
-             * @description In pulses, in the order of the axes.
+             * @description Present positions in pulses, in the order of the axes.
              */
             start_positions: number[];
             /**
              * Target Positions
-             * @description In pulses, as the gateway calculates them.
+             * @description Target positions in pulses, in the order of the axes, as the gateway calculates them.
              */
             target_positions: number[];
             /**
              * Length Um
-             * @description Of the way that the speed counts on, in micrometres; null where axes turn alone.
+             * @description Length in micrometres of the way that the speed counts on; null where axes turn alone.
              */
             length_um: number | null;
             /**
              * Duration S
-             * @description How long pulses would run, with the settings of now.
+             * @description Seconds for which pulses would run, with the present settings.
              */
             duration_s: number | null;
             /**
@@ -14728,7 +14728,7 @@ export interface components {
             counted_in: ("pulses" | "encoder_counts") | null;
             /**
              * Value
-             * @description The same in `unit`; null without a scale.
+             * @description Position in `unit`; null without a scale.
              */
             value: number | null;
             /** Unit */
@@ -14736,12 +14736,12 @@ export interface components {
             /**
              * Read At
              * Format: date-time
-             * @description When the controller's answer came.
+             * @description Time of the controller's answer.
              */
             read_at: string;
             /**
              * Age Ms
-             * @description How old the answer was when it was passed on.
+             * @description Age of the answer in ms when it was passed on.
              */
             age_ms: number;
         };
@@ -14754,7 +14754,7 @@ export interface components {
             number: number;
             /**
              * Axes
-             * @description By name; an axis that is not named is left out. Without axes, where the unit stands.
+             * @description Coordinates by name; an axis that is not named is left out. Without axes, where the unit stands.
              */
             axes?: {
                 [key: string]: components["schemas"]["Amount"];
@@ -14825,7 +14825,7 @@ export interface components {
         PositionName: {
             /**
              * Name
-             * @description Null takes the name away.
+             * @description Name of the position; null takes the name away.
              */
             name: string | null;
         };
@@ -14958,7 +14958,7 @@ export interface components {
         PositionToStore: {
             /** Number */
             number: number;
-            /** @description Left out, where the motor stands. */
+            /** @description Position to store; left out, where the motor stands. */
             position?: components["schemas"]["Length"] | null;
             /**
              * Pulses
@@ -14967,7 +14967,7 @@ export interface components {
             pulses?: number | null;
             /**
              * Name
-             * @description Left out or null, it keeps the name it has.
+             * @description Name of the position; left out or null, it keeps the name it has.
              */
             name?: string | null;
         };
@@ -15175,17 +15175,17 @@ export interface components {
             status: "running" | "ended" | "unknown";
             /**
              * Label
-             * @description Where it began, if at a label.
+             * @description Label at which the program began, if at one.
              */
             label: string | null;
             /**
              * Address
-             * @description Where it began, if at an address.
+             * @description Address at which the program began, if at one.
              */
             address: number | null;
             /**
              * Single Step
-             * @description Whether only one instruction is executed.
+             * @description True if only one instruction is executed.
              */
             single_step: boolean;
             /**
@@ -15197,7 +15197,7 @@ export interface components {
             ended_at_address: number | null;
             /**
              * Detail
-             * @description Why nobody knows how it has ended.
+             * @description Reason for which its end is unknown.
              */
             detail: string | null;
             /**
@@ -15224,7 +15224,7 @@ export interface components {
             running: boolean;
             /**
              * End Cause
-             * @description Of the last program; null while one runs, and where the end of `run` is unknown.
+             * @description End cause of the last program; null while one runs, and if the end of `run` is unknown.
              */
             end_cause: string | null;
             /**
@@ -15239,15 +15239,15 @@ export interface components {
             line: number;
             /**
              * Instruction
-             * @description What stands there; null where nothing does.
+             * @description Instruction at that address; null where there is none.
              */
             instruction: string | null;
             /**
              * Elapsed S
-             * @description How long `run` takes, or took; null without one, or where another program runs.
+             * @description Duration of `run` in seconds, so far or in all; null without one, or where another program runs.
              */
             elapsed_s: number | null;
-            /** @description Null where the gateway has started none. */
+            /** @description Last run that the gateway has started; null where it has started none. */
             run: components["schemas"]["ProgramRun"] | null;
         };
         /**
@@ -15275,14 +15275,14 @@ export interface components {
             status: "running" | "succeeded" | "failed" | "cancelled";
             /**
              * Phase
-             * @description How far it has come, or had when it was broken off.
+             * @description Phase of the upload now, or when it was broken off.
              * @default clearing
              * @enum {string}
              */
             phase: "clearing" | "writing" | "verifying" | "saving" | "done";
             /**
              * Instructions
-             * @description How many the program has.
+             * @description Number of instructions of the program.
              */
             instructions: number;
             /**
@@ -15304,18 +15304,18 @@ export interface components {
             verified: number;
             /**
              * Flash
-             * @description Whether the program is to be written to flash memory, too.
+             * @description True if the program is to be written to flash memory, too.
              */
             flash: boolean;
             /**
              * Saved
-             * @description Whether it was written to flash memory.
+             * @description True if it was written to flash memory.
              * @default false
              */
             saved: boolean;
             /**
              * Stored
-             * @description What the body holds now, as far as is known.
+             * @description Contents of the body now, as far as is known.
              * @default
              */
             stored: string;
@@ -15365,7 +15365,7 @@ export interface components {
             sent: string;
             /**
              * Reply
-             * @description What followed the code in the reply, as it came.
+             * @description Text behind the code in the reply, as it came.
              */
             reply: string;
             /** Age Ms */
@@ -15668,7 +15668,7 @@ export interface components {
              * @description Pulses by which motor and encoder come apart in each turn, because of the rounding.
              */
             drift_per_turn: number;
-            /** @description What was set; null after a dry run. */
+            /** @description Settings as they were read back; null after a dry run. */
             changed: components["schemas"]["ChangedSettings"] | null;
         };
         /**
@@ -15692,7 +15692,7 @@ export interface components {
             encoder_lines_per_turn: number;
             /**
              * Multiplier
-             * @description Left out: quadruple, or double where the ratio would be below 1.
+             * @description Multiplier; left out: quadruple, or double where the ratio would be below 1.
              */
             multiplier?: ("double" | "quadruple") | null;
             /**
@@ -15898,13 +15898,13 @@ export interface components {
             speed_percent?: number | null;
             /**
              * Coordinates
-             * @description Whether axes are those of the user or the motors (C-HOST manual 1-6). Left out: user.
+             * @description Coordinates of the axes: those of the user or of the motors (C-HOST manual 1-6). Left out: user.
              * @enum {string}
              */
             coordinates?: "user" | "motor";
             /**
              * Axes
-             * @description By name; an axis that is not named stays where it is.
+             * @description Amounts by name; an axis that is not named stays where it is.
              */
             axes: {
                 [key: string]: components["schemas"]["Amount"];
@@ -16485,16 +16485,16 @@ export interface components {
             remedy_en: string;
             /** Remedy Ja */
             remedy_ja: string;
-            /** @description Which kind of error the details tell of; null if not known. */
+            /** @description Kind of error that the details describe; null if not known. */
             kind: components["schemas"]["DetailKind"] | null;
             /**
              * Detail
-             * @description What ERD has answered.
+             * @description Answer of ERD, as it came.
              */
             detail: string | null;
             /**
              * Unit
-             * @description Null in a system of a single unit, too.
+             * @description Unit of the error; null in a system of a single unit, too.
              */
             unit: number | null;
             /**
@@ -16531,7 +16531,7 @@ export interface components {
             errors: components["schemas"]["RobotErrorRecord"][];
             /**
              * Looked At
-             * @description When the robot has last told which error stands; null while it never has.
+             * @description Time at which the robot last told its present error; null while it never has.
              */
             looked_at: string | null;
         };
@@ -16622,29 +16622,29 @@ export interface components {
             name: string;
             /**
              * Online
-             * @description Whether it can be asked now, as far as is known.
+             * @description True if it can be asked now, as far as is known.
              */
             online: boolean;
             /**
              * Mode
-             * @description Its communication mode: 3, or 2, in which ends are found by polling.
+             * @description Communication mode: 3, or 2, in which ends are found by polling.
              */
             mode: number;
             /**
              * Moving
-             * @description Null while out of reach or after a move whose end nobody saw, until it is looked at.
+             * @description True if an axis moves; null while out of reach, or until it is looked at after a move with an unseen end.
              */
             moving: boolean | null;
             /**
              * Power Cycled
-             * @description It has lost its power; motion is refused until acknowledged.
+             * @description True if it has lost its power; motion is refused until that is acknowledged.
              */
             power_cycled: boolean;
             /** @description The error that stands, as far as is known. */
             error: components["schemas"]["RobotErrorRecord"] | null;
             /**
              * Bit Mismatches
-             * @description What its units showed when they stood still, homed, that status_bits and sensor_bits of the configuration do not explain.
+             * @description Bits of units that stood still, homed, which status_bits and sensor_bits of the configuration do not explain.
              */
             bit_mismatches: string[];
             /**
@@ -16664,7 +16664,7 @@ export interface components {
             channel: number;
             /**
              * Number
-             * @description From 0, within its channel.
+             * @description Number of the input within its channel, from 0.
              */
             number: number;
             /** On */
@@ -17297,7 +17297,7 @@ export interface components {
             mode: number;
             /**
              * Online
-             * @description Whether the robot can be asked now, as far as is known.
+             * @description True if the robot can be asked now, as far as is known.
              */
             online: boolean;
         };
@@ -17416,13 +17416,13 @@ export interface components {
             kind: "absolute" | "relative" | "position" | "home" | "step" | "macro";
             /**
              * Coordinates
-             * @description Which axes the positions are of.
+             * @description Coordinates of the positions.
              * @enum {string}
              */
             coordinates: "user" | "motor";
             /**
              * Units
-             * @description What positions are counted in, by axis: mm, pulse or degree.
+             * @description Units of the positions, by axis: mm, pulse or degree.
              */
             units: {
                 [key: string]: string;
@@ -17434,14 +17434,14 @@ export interface components {
             end_cause: string | null;
             /**
              * Start Position
-             * @description By axis, before the move.
+             * @description Position before the move, by axis.
              */
             start_position: {
                 [key: string]: number | null;
             } | null;
             /**
              * Target Position
-             * @description By axis, where it can be known beforehand.
+             * @description Target by axis, where it can be known beforehand.
              */
             target_position: {
                 [key: string]: number | null;
@@ -17453,14 +17453,14 @@ export interface components {
             longest_s: number | null;
             /**
              * Position
-             * @description By axis, as last read; null while an axis does not know it.
+             * @description Position as last read, by axis; null while an axis does not know it.
              */
             position: {
                 [key: string]: number | null;
             } | null;
             /**
              * Completion
-             * @description Whether the robot has answered the move or was seen to have come to rest.
+             * @description Evidence of the end: the robot's reply to the move, or inferred from its standstill.
              */
             completion: ("reply" | "inferred") | null;
         };
@@ -18252,7 +18252,7 @@ export interface components {
         RobotPowerLoss: {
             /**
              * Speeds
-             * @description In percent of full speed.
+             * @description Percentages of full speed.
              */
             speeds: {
                 [key: string]: {
@@ -18272,7 +18272,7 @@ export interface components {
         };
         /**
          * RobotRawReply
-         * @description What was answered.
+         * @description The bytes that were sent, and the answers to them.
          */
         RobotRawReply: {
             /** Robot Id */
@@ -18284,7 +18284,7 @@ export interface components {
             sent: string;
             /**
              * Replies
-             * @description What followed the name in each answer, as it came; none where mode 2 answers nothing.
+             * @description Text behind the name in each answer, as it came; none where mode 2 answers nothing.
              */
             replies: string[];
         };
@@ -18333,13 +18333,13 @@ export interface components {
             speed_percent?: number | null;
             /**
              * Coordinates
-             * @description Whether axes are those of the user or the motors (C-HOST manual 1-6). Left out: user.
+             * @description Coordinates of the axes: those of the user or of the motors (C-HOST manual 1-6). Left out: user.
              * @enum {string}
              */
             coordinates?: "user" | "motor";
             /**
              * Axes
-             * @description By name; an axis that is not named stays where it is.
+             * @description Amounts by name; an axis that is not named stays where it is.
              */
             axes: {
                 [key: string]: components["schemas"]["Amount"];
@@ -18662,7 +18662,7 @@ export interface components {
             /**
              * Time
              * Format: date-time
-             * @description When the robot's answer came.
+             * @description Time of the robot's answer.
              */
             time: string;
             /**
@@ -18672,14 +18672,14 @@ export interface components {
             time_s: number;
             /**
              * Axes
-             * @description Null while the robot does not know it.
+             * @description Coordinates by axis; null while the robot does not know one.
              */
             axes: {
                 [key: string]: number | null;
             };
             /**
              * Planned
-             * @description Where the plan has the axis that moves then, in its `units`; null without a plan.
+             * @description Planned place of the axis that moves at this time, in its `units`; null without a plan.
              */
             planned: {
                 [key: string]: number;
@@ -18703,14 +18703,14 @@ export interface components {
             coordinates: "user" | "motor";
             /**
              * Units
-             * @description What positions are counted in, by axis: mm, pulse or degree.
+             * @description Units of the positions, by axis: mm, pulse or degree.
              */
             units: {
                 [key: string]: string;
             };
             /**
              * Planned S
-             * @description How long the plan has it move, in seconds; null without a plan.
+             * @description Seconds that the plan takes; null without a plan.
              */
             planned_s: number | null;
             /**
@@ -18976,7 +18976,7 @@ export interface components {
         };
         /**
          * RobotStopReport
-         * @description How far the stop of a robot has come.
+         * @description The state of the stop of a robot, and its evidence.
          */
         RobotStopReport: {
             /** Robot Id */
@@ -19298,7 +19298,7 @@ export interface components {
         RunRequest: {
             /**
              * Label
-             * @description With or without its `*`.
+             * @description Label with or without its `*`.
              */
             label?: string | null;
             /** Address */
@@ -19345,7 +19345,7 @@ export interface components {
             value: number;
             /**
              * Unit
-             * @description Such as mm, mm/s or mm/s2.
+             * @description Unit such as mm, mm/s or mm/s2.
              */
             unit: string;
         };
@@ -19439,7 +19439,7 @@ export interface components {
             body_id: string;
             /**
              * Position
-             * @description In pulses, as last read.
+             * @description Position in pulses, as last read.
              */
             position: number | null;
         };
@@ -19460,26 +19460,26 @@ export interface components {
              * @description The body's own move; null before it is begun, and of an axis that has no part in it.
              */
             move_id: string | null;
-            /** @description As the body's move says; null without one. */
+            /** @description Status of the body's move; null without one. */
             status: components["schemas"]["MoveStatus"] | null;
             /**
              * End Cause
-             * @description As the body's move says.
+             * @description End cause of the body's move.
              */
             end_cause: string | null;
             /**
              * Start Position
-             * @description In pulses, as the controllers were told (HPS).
+             * @description Start position in pulses, as the controllers were told (HPS).
              */
             start_position: number;
             /**
              * Target Position
-             * @description In pulses, as the gateway calculates it.
+             * @description Target position in pulses, as the gateway calculates it.
              */
             target_position: number;
             /**
              * Position
-             * @description In pulses, as last read.
+             * @description Position in pulses, as last read.
              */
             position: number;
         };
@@ -19490,18 +19490,18 @@ export interface components {
         ScaraCoordinates: {
             x: components["schemas"]["Micrometres"];
             y: components["schemas"]["Micrometres"];
-            /** @description Between finger and X axis, above -180 and up to 180 degrees. */
+            /** @description Angle between finger and X axis, above -180 and up to 180 degrees. */
             angle: components["schemas"]["Millidegrees"];
             /** Scara Id */
             scara_id: string;
             /**
              * Pulses
-             * @description Of axes 0, 1 and 2.
+             * @description Positions of axes 0, 1 and 2.
              */
             pulses: number[];
             /**
              * Moving
-             * @description Whether an axis moves, so that it is elsewhere by now.
+             * @description True if an axis moves, so that the finger is elsewhere by now.
              */
             moving: boolean | null;
             /**
@@ -19512,7 +19512,7 @@ export interface components {
             /**
              * Read At
              * Format: date-time
-             * @description When the answer of all axes came.
+             * @description Time of the answer of all axes.
              */
             read_at: string;
             /** Age Ms */
@@ -19578,7 +19578,7 @@ export interface components {
              * @description Only say where it would lead and what would be sent; nothing moves. Left out: false.
              */
             validate_only?: boolean;
-            /** @description Between finger and X axis at the end. */
+            /** @description Angle between finger and X axis at the end. */
             angle: components["schemas"]["Angle"];
         };
         /**
@@ -19590,7 +19590,7 @@ export interface components {
             scara_id: string;
             /**
              * Agrees
-             * @description Whether all controllers hold what the configuration has.
+             * @description True if all controllers hold the geometry in the configuration.
              */
             agrees: boolean;
             configured: components["schemas"]["Geometry"];
@@ -19615,12 +19615,12 @@ export interface components {
             group_id: string;
             /**
              * Online
-             * @description Whether all its bodies can be asked now, as far as is known.
+             * @description True if all its bodies can be asked now, as far as is known.
              */
             online: boolean;
             /**
              * Moving
-             * @description Whether an axis moves; null while that is not known.
+             * @description True if an axis moves; null while that is not known.
              */
             moving: boolean | null;
             /**
@@ -19641,7 +19641,7 @@ export interface components {
             power_cycled: boolean;
             /** Axes */
             axes: components["schemas"]["ScaraAxis"][];
-            /** @description As it is configured. */
+            /** @description Geometry in the configuration. */
             geometry: components["schemas"]["Geometry"];
             /**
              * Own Path
@@ -19767,15 +19767,15 @@ export interface components {
              * @description The axes that made it fail.
              */
             failed_axes: number[];
-            /** @description Where the finger ended before. */
+            /** @description Place at which the finger ended before the move. */
             start: components["schemas"]["ScaraPlace"] | null;
-            /** @description Where it should come to. */
+            /** @description Place at which the finger is to end. */
             target: components["schemas"]["ScaraPlace"] | null;
-            /** @description Where it ends by the positions last read; null while one is not known. */
+            /** @description Place of the finger by the positions last read; null while one is not known. */
             coordinates: components["schemas"]["ScaraPlace"] | null;
             /**
              * Axes
-             * @description In the order of the axes.
+             * @description Moves of the axes, in their order.
              */
             axes: components["schemas"]["ScaraAxisMove"][];
         };
@@ -20292,7 +20292,7 @@ export interface components {
             path?: number | null;
             /**
              * Points
-             * @description In the place of `path`: through these, to the last. They are put into the path that the gateway keeps for its lines.
+             * @description Points instead of `path`: the finger goes through these, to the last. They are put into the path that the gateway keeps for its lines.
              */
             points?: components["schemas"]["ViaPoint"][] | null;
         };
@@ -20303,7 +20303,7 @@ export interface components {
         ScaraPlace: {
             x: components["schemas"]["Micrometres"];
             y: components["schemas"]["Micrometres"];
-            /** @description Between finger and X axis, above -180 and up to 180 degrees. */
+            /** @description Angle between finger and X axis, above -180 and up to 180 degrees. */
             angle: components["schemas"]["Millidegrees"];
         };
         /**
@@ -20370,9 +20370,9 @@ export interface components {
              * @description Only say where it would lead and what would be sent; nothing moves. Left out: false.
              */
             validate_only?: boolean;
-            /** @description From the third joint to the centre of the turn. */
+            /** @description Distance from the third joint to the centre of the turn. */
             radius: components["schemas"]["Distance"];
-            /** @description Between finger and X axis at the end. */
+            /** @description Angle between finger and X axis at the end. */
             angle: components["schemas"]["Angle"];
         };
         /**
@@ -20386,7 +20386,7 @@ export interface components {
             move_id: string;
             /**
              * Axes
-             * @description Those of each axis that has a part in it, as the samples of its body's own move: each is asked at a time of its own.
+             * @description Samples of each axis that has a part in the move, as of its body's own move: each is asked at a time of its own.
              */
             axes: components["schemas"]["BodySamples"][];
         };
@@ -20817,12 +20817,12 @@ export interface components {
         SettingsNews: {
             /**
              * Commands
-             * @description What was sent and read back, in order, without frames.
+             * @description Commands that were sent and read back, in order, without frames.
              */
             commands: string[];
             /**
              * Saved
-             * @description Whether all its settings were written to flash memory then (FIS).
+             * @description True if all its settings were written to flash memory then (FIS).
              */
             saved: boolean;
         };
@@ -20929,7 +20929,7 @@ export interface components {
             number: number;
             /**
              * Name
-             * @description From the configuration.
+             * @description Name in the configuration.
              */
             name: string | null;
             /** On */
@@ -21002,7 +21002,7 @@ export interface components {
             end: number;
             /** Speed Pps */
             speed_pps: number;
-            /** @description In the body's unit; null without a scale. */
+            /** @description Begin of the change in the body's unit; null without a scale. */
             begin_in_unit: components["schemas"]["Scaled"] | null;
             end_in_unit: components["schemas"]["Scaled"] | null;
             speed: components["schemas"]["Scaled"] | null;
@@ -21046,12 +21046,12 @@ export interface components {
             pattern: number;
             /**
              * Distance
-             * @description In pulses; in encoder mode in encoder counts.
+             * @description Distance in pulses; in encoder mode in encoder counts.
              */
             distance: number;
             /**
              * Pulses
-             * @description How many are put out.
+             * @description Number of pulses that are put out.
              */
             pulses: number;
             distance_in_unit: components["schemas"]["Scaled"] | null;
@@ -21138,11 +21138,11 @@ export interface components {
              * @description OB, 0-100; null as `rising_percent`.
              */
             falling_percent: number | null;
-            /** @description In the body's unit; null without a scale. */
+            /** @description Start speed in the body's unit; null without a scale. */
             start_speed: components["schemas"]["Scaled"] | null;
             maximum_speed: components["schemas"]["Scaled"] | null;
             acceleration: components["schemas"]["Scaled"] | null;
-            /** @description What flash memory holds, as far as is known; null where the gateway has seen neither the power come on nor FIS. */
+            /** @description Values in flash memory, as far as is known; null where the gateway has seen neither the power come on nor FIS. */
             flash: components["schemas"]["InFlash"] | null;
         };
         /**
@@ -21173,7 +21173,7 @@ export interface components {
             body_id: string;
             /**
              * Speed Sets
-             * @description In the order of their numbers.
+             * @description Sets in the order of their numbers.
              */
             speed_sets: components["schemas"]["SpeedSet"][];
         };
@@ -21254,7 +21254,7 @@ export interface components {
             mode: "change";
             /**
              * Speed
-             * @description In pulses per second.
+             * @description Speed in pulses per second.
              */
             speed: number;
         };
@@ -21265,7 +21265,7 @@ export interface components {
         SpeedsKnown: {
             /**
              * Speeds
-             * @description In percent of full speed.
+             * @description Percentages of full speed.
              */
             speeds: {
                 [key: string]: {
@@ -21288,7 +21288,7 @@ export interface components {
         StallFound: {
             /**
              * Finder
-             * @description By QRD, or by PRD.
+             * @description Finder that raised it: QRD or PRD tells of it.
              * @enum {string}
              */
             finder: "stall_sensor" | "encoder";
@@ -21330,7 +21330,7 @@ export interface components {
         };
         /**
          * StopRefusal
-         * @description How far a stop has come that the robot has refused.
+         * @description The state of a stop that the robot has refused.
          */
         StopRefusal: {
             /** Robot Id */
@@ -21365,7 +21365,7 @@ export interface components {
         };
         /**
          * StopReport
-         * @description How far the stop of one body has come.
+         * @description The state of the stop of one body, and its evidence.
          */
         StopReport: {
             /** Body Id */
@@ -21379,7 +21379,7 @@ export interface components {
             state: "requested" | "sent" | "acknowledged" | "refused" | "confirmed" | "not_sent";
             /**
              * Position
-             * @description In pulses, at standstill.
+             * @description Position in pulses, at standstill.
              */
             position: number | null;
             /**
@@ -21432,7 +21432,7 @@ export interface components {
             number: number;
             /**
              * Axes
-             * @description By name, without the axes it has no coordinate for.
+             * @description Coordinates by name, without the axes it has no coordinate for.
              */
             axes: {
                 [key: string]: components["schemas"]["AxisValue"];
@@ -21449,7 +21449,7 @@ export interface components {
             path: number;
             /**
              * Points
-             * @description In their order; empty where the path is.
+             * @description Points in their order; empty where the path is.
              */
             points: components["schemas"]["StoredPoint"][];
         };
@@ -21567,12 +21567,12 @@ export interface components {
         Stretch: {
             /**
              * Lower
-             * @description In pulses, below `upper`.
+             * @description Lower position in pulses, below `upper`.
              */
             lower: number;
             /**
              * Upper
-             * @description In pulses.
+             * @description Upper position in pulses.
              */
             upper: number;
         };
@@ -21681,12 +21681,12 @@ export interface components {
             count: number;
             /**
              * Flash
-             * @description Whether the whole table is to be written to flash memory, too (FPS).
+             * @description True if the whole table is to be written to flash memory, too (FPS).
              */
             flash: boolean;
             /**
              * Positions
-             * @description As read back, once it has succeeded. Events leave them out: ask for the record.
+             * @description Positions as read back, once all are stored. Events leave them out: ask for the record.
              */
             positions: components["schemas"]["NamedPosition"][] | null;
         };
@@ -21926,12 +21926,12 @@ export interface components {
             /**
              * Read At
              * Format: date-time
-             * @description When the robot's answer came.
+             * @description Time of the robot's answer.
              */
             read_at: string;
             /**
              * Age Ms
-             * @description How old the answer was when it was passed on.
+             * @description Age of the answer in ms when it was passed on.
              */
             age_ms: number;
         };
@@ -22038,12 +22038,12 @@ export interface components {
             unit: number;
             /**
              * Moving
-             * @description Whether an axis moves, or a macro, homing or a move is under way.
+             * @description The state of a unit and its axes.
              */
             moving: boolean;
             /**
              * Axes
-             * @description By motor axis.
+             * @description True if an axis moves, or a macro, homing or a move is under way.
              */
             axes: {
                 [key: string]: components["schemas"]["AxisState"];
@@ -22051,7 +22051,7 @@ export interface components {
             /**
              * Read At
              * Format: date-time
-             * @description When the answer to ACD came, the first of the two.
+             * @description States of the motor axes, by name.
              */
             read_at: string;
             /** Age Ms */
@@ -22127,7 +22127,7 @@ export interface components {
         };
         /**
          * VariableSetting
-         * @description What a variable shall hold.
+         * @description The value that a variable is to take.
          * @example {
          *       "value": 12.5
          *     }
@@ -22179,7 +22179,7 @@ export interface components {
         ViaPoint: {
             x?: components["schemas"]["Distance"] | null;
             y?: components["schemas"]["Distance"] | null;
-            /** @description Of the arc that rounds the corner; left out, 0. The last point has none. */
+            /** @description Radius of the arc that rounds the corner; left out, 0. The last point has none. */
             radius?: components["schemas"]["Distance"] | null;
             /**
              * Place
@@ -22208,7 +22208,7 @@ export interface components {
         WantedPlace: {
             x: components["schemas"]["Distance"];
             y: components["schemas"]["Distance"];
-            /** @description Between finger and X axis; left out, 0, or the only one of a belt-linked robot. */
+            /** @description Angle between finger and X axis; left out, 0, or the only one of a belt-linked robot. */
             angle?: components["schemas"]["Angle"] | null;
         };
         /**
@@ -22239,7 +22239,7 @@ export interface components {
         WentOffline: {
             /**
              * Asked
-             * @description False where nobody on its line was heard, and it was not asked itself.
+             * @description False where no body on its line was heard, and it was not asked itself.
              */
             asked: boolean;
         };
@@ -23914,7 +23914,7 @@ export interface operations {
             query?: {
                 /** @description The first channel. */
                 first?: number;
-                /** @description How many. */
+                /** @description Number of channels. */
                 count?: number;
             };
             header?: never;
@@ -24058,7 +24058,7 @@ export interface operations {
             query?: {
                 /** @description The first channel. */
                 first?: number;
-                /** @description How many. */
+                /** @description Number of channels. */
                 count?: number;
             };
             header?: never;
@@ -24465,7 +24465,7 @@ export interface operations {
             query?: {
                 /** @description The first variable. */
                 first?: number;
-                /** @description How many. */
+                /** @description Number of variables. */
                 count?: number;
             };
             header?: never;
@@ -26244,7 +26244,7 @@ export interface operations {
                  */
                 body_id: string;
                 /**
-                 * @description What it reports; `limit` is that of either direction.
+                 * @description Cause that it reports; `limit` is that of either direction.
                  * @example limit
                  */
                 cause: "ems" | "limit" | "stall" | "any";
@@ -27313,13 +27313,13 @@ export interface operations {
     getCurve: {
         parameters: {
             query: {
-                /** @description How far the move goes. */
+                /** @description Distance of the move. */
                 distance: number;
-                /** @description Of the distance; pulses are whole. */
+                /** @description Unit of the distance; pulses are whole. */
                 unit?: "pulse" | "mm" | "um" | "deg" | "mdeg";
                 /** @description `low` runs at the start speed, without ramps. */
                 speed?: "high" | "low";
-                /** @description How many moments, evenly spread. */
+                /** @description Number of moments, evenly spread. */
                 points?: number;
             };
             header?: never;
@@ -27746,7 +27746,7 @@ export interface operations {
             query?: {
                 /** @description D0-D199, C0-C29 or T0-T29. */
                 first?: string;
-                /** @description How many of the same bank. */
+                /** @description Number of memories of the same bank. */
                 count?: number;
             };
             header?: never;
@@ -27945,7 +27945,7 @@ export interface operations {
     uploadProgram: {
         parameters: {
             query?: {
-                /** @description For a source in plain text: write it to flash memory too. */
+                /** @description Size in bytes of a full program of 6039 steps, with comments. */
                 flash?: boolean;
                 /** @description Seconds to wait for the end, 60 at most; or use the header `Prefer: wait=N`. */
                 wait?: number | null;
