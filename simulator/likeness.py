@@ -16,7 +16,7 @@ from simulator.rorze.quirks import QUIRKS as RC400_QUIRKS
 
 OTHERWISE: Final = ("differs", "contradicts")
 MEASURED: Final = ("late-replies", "turnaround", "copies-of-replies", "copies-of-answers")
-"""Assumptions that are made as they were measured, not as a quirk makes them."""
+"""Differences that are made as they were measured, not as a quirk makes them."""
 LATE_TIMES: Final = 3.0
 """Multiple of the usual reply time beyond which a reply was a late one."""
 

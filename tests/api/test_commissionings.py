@@ -63,6 +63,6 @@ async def test_what_is_proposed_is_written_and_served_without_a_restart(stand: S
         assert told == keys | {"needs_restart": [], "busy": [], "applied": False}
         assert "reply_timeout_s" not in file.read_text()
         assert (await stand.post(f"{path}/settings")).json()["applied"] is True
-        assert "reply_timeout_s = 1.2" in file.read_text()
+        assert "reply_timeout_s = 0.8" in file.read_text()
         assert "# the lift" in file.read_text()
-        assert stand.plant.config.lines[0].reply_timeout_s == 1.2
+        assert stand.plant.config.lines[0].reply_timeout_s == 0.8

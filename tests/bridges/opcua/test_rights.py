@@ -74,7 +74,7 @@ class Served:
         plant = self._plant = whole_plant()
         self.app = create_app(plant, keys.credentials)
         self.probing = create_app(plant, keys.credentials)
-        self.probing.state.access = Probing(plant)
+        self.probing.access = Probing(plant)
         self.server = PlantServer(self._nobody, Trusted(folder / "trusted", folder / "rejected"))
         listener = PlantListener(self.server, ("127.0.0.1", 0), "urn:test", "test")
         self.listener, self.space = listener, Space(listener)
