@@ -468,10 +468,10 @@ BOTH: Final = (
 )
 
 ASSUMPTIONS: Final = (*RORZE, *FICS, *BOTH)
-BY_SLUG: Final = {it.slug: it for it in ASSUMPTIONS}
+BY_SLUG: Final = {row.slug: row for row in ASSUMPTIONS}
 
 
 def of_family(family: str) -> tuple[Assumption, ...]:
     """The assumptions about lines of a family, `rorze` or `fics`, in the order in which they are tried."""
     *general, stops = BOTH
-    return tuple(it for it in (*general, *RORZE, *FICS, stops) if it.family in (family, "both"))
+    return tuple(row for row in (*general, *RORZE, *FICS, stops) if row.family in (family, "both"))

@@ -108,9 +108,9 @@ class Bench:
         since = len(self.talk.heard)
         self.asked[key] = self.talk.send(frame)
         heard = await self.talk.hear(
-            lambda lines: any(self.key_of(it.data) == key for it in lines), self.within_s(frame), since
+            lambda lines: any(self.key_of(line.data) == key for line in lines), self.within_s(frame), since
         )
-        answered = any(self.key_of(it.data) == key for it in heard)
+        answered = any(self.key_of(line.data) == key for line in heard)
         if answered and self.patience_s == PATIENCE_S:
             self.patience_s = max(self.line.reply_timeout_s, 3 * max(self.times))
         return answered
@@ -160,11 +160,11 @@ class Bench:
     def first_replies(self) -> Iterator[tuple[Key, Heard]]:
         """The first answer to each numbered question, as they came."""
         seen: set[Key] = set()
-        for it in self.talk.heard:
-            key = self.key_of(it.data)
+        for line in self.talk.heard:
+            key = self.key_of(line.data)
             if key in self.asked and key not in seen:
                 seen.add(key)
-                yield key, it
+                yield key, line
 
     @property
     def present(self) -> set[int]:
@@ -175,20 +175,23 @@ class Bench:
     def times(self) -> list[float]:
         """Seconds from the end of each numbered question to its answer, the bytes of the answer left out."""
         byte_s = self.talk.port.byte_time_s
-        return [max(it.at - self.asked[key] - len(it.data) * byte_s, 0.0) for key, it in self.first_replies()]
+        return [
+            max(reply.at - self.asked[key] - len(reply.data) * byte_s, 0.0)
+            for key, reply in self.first_replies()
+        ]
 
     @property
     def copies(self) -> list[float]:
         """Seconds from an answer to each of its copies."""
         first: dict[Key, float] = {}
         late = []
-        for it in self.talk.heard:
-            key = self.key_of(it.data)
+        for line in self.talk.heard:
+            key = self.key_of(line.data)
             if key not in self.asked:
                 continue
             if key in first:
-                late.append(it.at - first[key])
-            first.setdefault(key, it.at)
+                late.append(line.at - first[key])
+            first.setdefault(key, line.at)
         return late
 
     def out_of_order(self, speaker: int) -> bool:
@@ -205,8 +208,8 @@ class Bench:
 async def echo(row: Assumption, bench: Bench) -> Finding:
     """Compare what is heard with what was sent."""
     await bench.sample()
-    sent = {_bare(it) for it in bench.talk.frames if it.dir == "tx"}
-    echoes = sum(it.dir == "rx" and _bare(it) in sent for it in bench.talk.frames)
+    sent = {_bare(frame) for frame in bench.talk.frames if frame.dir == "tx"}
+    echoes = sum(frame.dir == "rx" and _bare(frame) in sent for frame in bench.talk.frames)
     if echoes:
         return fails(row, f"{echoes} frames came back as they were sent.")
     if not bench.talk.heard:

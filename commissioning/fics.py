@@ -62,10 +62,10 @@ class FicsBench(Bench):
 
     def key_of(self, heard: bytes) -> Key | None:
         """Read the number of an answer to VAR."""
-        for it in Ver3Reader().feed(heard):
-            if isinstance(it, QueryAnswer) and it.name == GetVariable.code:
+        for frame in Ver3Reader().feed(heard):
+            if isinstance(frame, QueryAnswer) and frame.name == GetVariable.code:
                 try:
-                    return ROBOT, VariableValue.read(it.payload).number
+                    return ROBOT, VariableValue.read(frame.payload).number
                 except WireFault:
                     return None
         return None
@@ -76,7 +76,7 @@ class FicsBench(Bench):
 
     async def reach(self) -> None:
         """Find the end of a line that the robot understands, the configured one first."""
-        for terminator in sorted(TERMINATORS, key=lambda it: it != self.line.terminator):
+        for terminator in sorted(TERMINATORS, key=lambda terminator: terminator != self.line.terminator):
             self.terminator = terminator
             if await self.ask(GetSystemVersion()):
                 return
@@ -87,10 +87,10 @@ class FicsBench(Bench):
         frame = self.frame(command)
         since = len(self.talk.heard)
         self.talk.send(frame)
-        names = [it for it in command.reply_names() if it]
+        names = [name for name in command.reply_names() if name]
 
         def answers(lines: Sequence[Heard]) -> list[Frame]:
-            return [it for it in _frames(lines) if getattr(it, "name", None) in names]
+            return [frame for frame in _frames(lines) if getattr(frame, "name", None) in names]
 
         def over(lines: Sequence[Heard]) -> bool:
             last = answers(lines)[-1:]
@@ -100,7 +100,7 @@ class FicsBench(Bench):
 
     async def told(self, command: FicsCommand[Any]) -> str | None:
         """Ask for one answer, and give its text; None if none came."""
-        answers = [it for it in await self.ask(command) if isinstance(it, QueryAnswer)]
+        answers = [frame for frame in await self.ask(command) if isinstance(frame, QueryAnswer)]
         return answers[0].payload if answers else None
 
     async def read(self, command: FicsCommand[Any]) -> Any:
@@ -124,8 +124,8 @@ class FicsBench(Bench):
 
 
 def _frames(lines: Sequence[Heard]) -> Iterator[Frame]:
-    for it in lines:
-        yield from Ver3Reader().feed(it.data)
+    for line in lines:
+        yield from Ver3Reader().feed(line.data)
 
 
 NOBODY: Final = "The robot has not answered."
@@ -156,26 +156,26 @@ async def half_robot_command(row: Assumption, bench: FicsBench) -> Finding:
     bench.talk.send(ending)
     await bench.talk.hear(lambda _: False, bench.within_s(ending), since)
     lines = bench.talk.heard[since:]
-    if any(isinstance(it, QueryAnswer) and it.name == question.code for it in _frames(lines)):
+    if any(isinstance(frame, QueryAnswer) and frame.name == question.code for frame in _frames(lines)):
         return fails(row, "Half a question was answered, and what ended it with it.")
     if not await bench.ask_number(ROBOT):
         return fails(row, "Nothing is answered any more after half a question and what ends it.")
-    told = b"".join(it.data for it in lines).decode("ascii", "replace").strip()
+    told = b"".join(line.data for line in lines).decode("ascii", "replace").strip()
     return agrees(f"Half a question and what ends it were answered by {told or 'nothing'}.")
 
 
 async def _coordinates(bench: FicsBench) -> list[str]:
     """All coordinates that the robot tells of its present unit, as text."""
-    texts = [await bench.told(it) for it in (GetUserPosition(), GetMotorPosition())]
+    texts = [await bench.told(question) for question in (GetUserPosition(), GetMotorPosition())]
     numbers = [number for text in texts if text for number in text.split(",")]
-    return [it for it in numbers if it and it != UNKNOWN]
+    return [number for number in numbers if number and number != UNKNOWN]
 
 
 async def stored(bench: FicsBench, first: int, wanted: int) -> tuple[list[str], Frame | None]:
     """Stored positions as text, and what ended them."""
     frames = await bench.ask(DownloadPositions(first=first, count=wanted))
-    ends = [it for it in frames if not isinstance(it, QueryAnswer)]
-    return [it.payload for it in frames if isinstance(it, QueryAnswer)], ends[0] if ends else None
+    ends = [frame for frame in frames if not isinstance(frame, QueryAnswer)]
+    return [frame.payload for frame in frames if isinstance(frame, QueryAnswer)], ends[0] if ends else None
 
 
 async def robot_decimals(row: Assumption, bench: FicsBench) -> Finding:
@@ -183,10 +183,12 @@ async def robot_decimals(row: Assumption, bench: FicsBench) -> Finding:
     if not await bench.is_there():
         return cannot_tell(row, NOBODY)
     positions, _ = await stored(bench, 1, POSITIONS_READ)
-    numbers = await _coordinates(bench) + [it for text in positions for it in text.split(",") if it]
+    numbers = await _coordinates(bench) + [
+        number for text in positions for number in text.split(",") if number
+    ]
     if not numbers:
         return cannot_tell(row, "The robot tells no coordinates.")
-    most, largest = max(map(_decimals, numbers)), max(abs(float(it)) for it in numbers)
+    most, largest = max(map(_decimals, numbers)), max(abs(float(number)) for number in numbers)
     seen = f"Coordinates have {most} decimals at most, the largest is {largest:g}."
     return agrees(seen) if most <= DECIMALS and largest <= LARGEST else fails(row, seen)
 
@@ -200,14 +202,14 @@ async def displayed_hundredths(row: Assumption, bench: FicsBench) -> Finding:
     """Count the decimals of positions; those of pulses have none."""
     if not await bench.is_there():
         return cannot_tell(row, NOBODY)
-    numbers = [it for it in await _coordinates(bench) if "." in it]
+    numbers = [number for number in await _coordinates(bench) if "." in number]
     if not numbers:
         return cannot_tell(row, "The robot tells no positions with decimals.")
     most = max(map(_decimals, numbers))
     seen = f"Positions have {most} decimals, such as {max(numbers, key=_decimals)}."
     if most == HUNDREDTHS:
         return agrees(seen)
-    if most < HUNDREDTHS and not any(it.endswith("0") for it in numbers):
+    if most < HUNDREDTHS and not any(number.endswith("0") for number in numbers):
         return cannot_tell(row, seen, "A robot at a place with hundredths.")
     return fails(row, seen)
 
@@ -221,7 +223,7 @@ async def at_rest(bench: FicsBench) -> tuple[AxisStatuses, bool] | None:
         await bench.told(GetMotorPosition()),
         await bench.told(GetErrorDetail()),
     )
-    still = status is not None and all(it.motion_mode == MotionMode.STANDING for it in status.axes)
+    still = status is not None and all(axis.motion_mode == MotionMode.STANDING for axis in status.axes)
     no_error = detail is not None and not detail.strip("- ")
     if not still or before is None or before != after or not no_error:
         return None
@@ -237,13 +239,15 @@ async def status_bits(row: Assumption, bench: FicsBench) -> Finding:
         return cannot_tell(row, "The robot moves, has an error, or does not tell its status.")
     status, homed = rest
     order = bench.line.robot.status_bits
-    on = {tuple(place for place, name in enumerate(STATUS_BITS) if getattr(it, name)) for it in status.axes}
+    on = {
+        tuple(place for place, name in enumerate(STATUS_BITS) if getattr(axis, name)) for axis in status.axes
+    }
     expected = {"servo_ready", *(["origin_done"] if homed else [])}
-    digits = ", ".join(sorted(f"{sum(1 << it for it in places):X}" for places in on))
+    digits = ", ".join(sorted(f"{sum(1 << place for place in places):X}" for places in on))
     seen = f"A robot at rest that is {'' if homed else 'not '}homed tells {digits} in ACD."
-    if all({order[it] for it in places} == expected for places in on):
+    if all({order[place] for place in places} == expected for places in on):
         return agrees(seen)
-    if not homed and all({order[it] for it in places} == expected | {"origin_done"} for places in on):
+    if not homed and all({order[place] for place in places} == expected | {"origin_done"} for places in on):
         return cannot_tell(
             row, f"{seen} It may be homed, and hide its positions.", "See to hidden-positions."
         )
@@ -255,8 +259,8 @@ async def status_bits(row: Assumption, bench: FicsBench) -> Finding:
 
 def _order(order: Sequence[str], places: Sequence[int], expected: set[str]) -> Iterator[str]:
     """Give the bits that are on the names that are so, and leave the rest in its order."""
-    on = [it for it in order if it in expected]
-    off = [it for it in order if it not in expected]
+    on = [name for name in order if name in expected]
+    off = [name for name in order if name not in expected]
     for place in range(len(order)):
         yield (on if place in places else off).pop(0)
 
@@ -268,7 +272,7 @@ async def hidden_positions(row: Assumption, bench: FicsBench) -> Finding:
     status = await bench.read(GetAxisStatus())
     place = bench.line.robot.status_bits.index("origin_done")
     homed = status is not None and all(
-        getattr(it, STATUS_BITS[place]) and it.motion_mode == MotionMode.STANDING for it in status.axes
+        getattr(axis, STATUS_BITS[place]) and axis.motion_mode == MotionMode.STANDING for axis in status.axes
     )
     if not homed:
         return cannot_tell(row, "The robot is not homed, or something runs in it.")
@@ -341,7 +345,7 @@ async def _waits(bench: FicsBench) -> float:
 def with_option(address: str, name: str, value: int) -> str:
     """Give an address with another value of an option."""
     place, _, query = address.partition("?")
-    others = [it for it in query.split("&") if it and not it.startswith(f"{name}=")]
+    others = [option for option in query.split("&") if option and not option.startswith(f"{name}=")]
     return f"{place}?{'&'.join((*others, f'{name}={value}'))}"
 
 

@@ -74,7 +74,7 @@ async def _refused(bench: FicsBench, command: FicsCommand[Any]) -> str | None:
     bench.memory["tells"] = tells = bench.memory.get("tells", tells) if reply is None else tells
     if tells or command.is_query():
         frames = await bench.ask(command)
-        refusals = [it.error for it in frames if isinstance(it, FicsRefusal)]
+        refusals = [frame.error for frame in frames if isinstance(frame, FicsRefusal)]
         if refusals or frames or tells:
             return refusals[0] if refusals else None
     else:
@@ -129,7 +129,7 @@ async def pos_left_out(row: Assumption, bench: FicsBench) -> Finding:
     before, _ = await stored(bench, LAST_POSITION, 1)
     if before or axes < 2:
         return cannot_tell(row, f"Position {LAST_POSITION} is taken, or the unit has one axis.")
-    whole: list[float | None] = [float(it) for it in range(1, axes + 1)]
+    whole: list[float | None] = [float(number) for number in range(1, axes + 1)]
     for coordinates in (whole, [None, *whole[1:]]):
         async with _upload(bench) as error:
             if error is not None:
@@ -159,12 +159,12 @@ async def numbers_as_set(row: Assumption, bench: FicsBench) -> Finding:
     finally:
         with suppress(TransportError):
             await _refused(bench, SetVariable(number=LAST_VARIABLE, value=before.value))
-    wrong = {value: it for value, it in told.items() if it != value}
+    wrong = {value: answer for value, answer in told.items() if answer != value}
     if wrong:
         return fails(
-            row, "; ".join(f"{value:g} was set and {it} is told" for value, it in wrong.items()) + "."
+            row, "; ".join(f"{value:g} was set and {answer} is told" for value, answer in wrong.items()) + "."
         )
-    return agrees(f"{', '.join(f'{it:g}' for it in VALUES)} are told as they were set.")
+    return agrees(f"{', '.join(f'{value:g}' for value in VALUES)} are told as they were set.")
 
 
 # The power
@@ -219,8 +219,8 @@ async def _see_outage(row: Assumption, bench: FicsBench) -> Outage | Finding:
     while not _is_back(bench, on_at) and bench.talk.now() < on_at + RETURNS_S:
         await _knock(bench)
     await bench.settle()
-    times = [begun_at, *(it.at for it in bench.talk.heard[since:])]
-    gone_at, back_at = max(pairwise(times), key=lambda it: it[1] - it[0], default=(0.0, 0.0))
+    times = [begun_at, *(line.at for line in bench.talk.heard[since:])]
+    gone_at, back_at = max(pairwise(times), key=lambda gap: gap[1] - gap[0], default=(0.0, 0.0))
     silent_s = back_at - gone_at
     if not _is_back(bench, on_at) or silent_s < LEAST_GAP_S:
         return cannot_tell(row, "The robot was not seen to lose its power, or did not come back.")
@@ -322,7 +322,7 @@ async def _way(row: Assumption, bench: FicsBench, what: str) -> Way | Finding:
     here = told.coordinates[0]
     if not low <= here <= high or low == high:
         return cannot_tell(row, f"Axis {axis} is at {here:g}.", "The axis has to stand between both places.")
-    target = max((low, high), key=lambda it: abs(it - here))
+    target = max((low, high), key=lambda place: abs(place - here))
     return Way(len(told.coordinates), here, target, list(shares.percents))
 
 
@@ -332,7 +332,7 @@ async def _slowly(bench: FicsBench, way: Way) -> AsyncIterator[bool]:
 
     Gives whether the slow speed was read back: without that nothing moves.
     """
-    slow = [None if it is None else min(SLOW_PERCENT, it) for it in way.percents]
+    slow = [None if percent is None else min(SLOW_PERCENT, percent) for percent in way.percents]
     await _refused(bench, SetSpeedPercent(percents=slow))
     told = await bench.read(GetSpeedPercent())
     try:
@@ -353,7 +353,7 @@ async def _stands(bench: FicsBench) -> float | None:
     while bench.talk.now() < deadline:
         status = await bench.read(GetAxisStatus())
         if status is not None and all(
-            it.motion_mode in (MotionMode.STANDING, MotionMode.STOPPED) for it in status.axes
+            axis.motion_mode in (MotionMode.STANDING, MotionMode.STOPPED) for axis in status.axes
         ):
             told = await bench.read(GetUserPosition())
             place: float | None = None if told is None else told.coordinates[0]
@@ -399,12 +399,14 @@ async def stop_overtakes(row: Assumption, bench: FicsBench) -> Finding:
             bench.talk.send(bench.frame(stop))
         await bench.settle()
         place = await _stands(bench)
-        told = [it.data.decode("ascii", "replace").strip() for it in bench.talk.heard[since:]]
+        told = [line.data.decode("ascii", "replace").strip() for line in bench.talk.heard[since:]]
         error = await bench.read(TakeCurrentError())
         await bench.ask(ResetErrors())
         if place is None:
             return _surprise("The robot does not stand after both stops.")
-    refusals = [it for it in (*told, "" if error is None else str(error.error)) if it.endswith("E04")]
+    refusals = [
+        answer for answer in (*told, "" if error is None else str(error.error)) if answer.endswith("E04")
+    ]
     if refusals:
         return fails(row, "AES right after ASS is refused with E04; the robot stands.")
     return agrees("ASS and AES right after it are both taken; the robot stands.")

@@ -27,7 +27,7 @@ def decision() -> Iterator[str]:
     """The table of decision 5."""
     yield "| assumption | where |"
     yield "|---|---|"
-    yield from (f"| {it.assumed.rstrip('.')} | {it.held} |" for it in ASSUMPTIONS if it.slug != "echo")
+    yield from (f"| {row.assumed.rstrip('.')} | {row.held} |" for row in ASSUMPTIONS if row.slug != "echo")
 
 
 def hardware() -> Iterator[str]:
@@ -37,9 +37,17 @@ def hardware() -> Iterator[str]:
 
 
 def _rows(rows: Iterable[Assumption]) -> Iterator[str]:
-    for it in rows:
-        takes = _LEVELS[it.level] + (", a person at the power switch" if it.person else "")
-        cells = f"`{it.slug}`", it.assumed, it.probe, takes, it.motor, f"{it.false} {_remedy(it)}", _shown(it)
+    for row in rows:
+        takes = _LEVELS[row.level] + (", a person at the power switch" if row.person else "")
+        cells = (
+            f"`{row.slug}`",
+            row.assumed,
+            row.probe,
+            takes,
+            row.motor,
+            f"{row.false} {_remedy(row)}",
+            _shown(row),
+        )
         yield f"| {' | '.join(cells)} |"
 
 

@@ -71,12 +71,12 @@ class Report(BaseModel):
 
     def is_right(self) -> bool:
         """Tell whether nothing differs or contradicts."""
-        return not any(it.result in (Result.DIFFERS, Result.CONTRADICTS) for it in self.results)
+        return not any(outcome.result in (Result.DIFFERS, Result.CONTRADICTS) for outcome in self.results)
 
     def changes(self) -> dict[str, Any]:
         """The proposed values, by key."""
-        settings = (it.setting for it in self.results if it.setting is not None)
-        return {it.key: it.proposed for it in settings if it.proposed is not None}
+        settings = (outcome.setting for outcome in self.results if outcome.setting is not None)
+        return {setting.key: setting.proposed for setting in settings if setting.proposed is not None}
 
     def markdown(self) -> str:
         """Write it for people."""
@@ -92,29 +92,29 @@ class Report(BaseModel):
         yield ""
         if self.lost is not None:
             yield from (f"**It was broken off**: {self.lost}", "")
-        if any(it.result is Result.CONTRADICTS for it in self.results):
+        if any(outcome.result is Result.CONTRADICTS for outcome in self.results):
             yield from (NO_MOTION, "")
         yield "| assumption | result | what was seen | what to do |"
         yield "|---|---|---|---|"
-        for it in self.results:
-            mark = _MARKS.get(it.result, "**contradicts the gateway**")
-            what = f"`{it.assumption}`: {BY_SLUG[it.assumption].assumed}"
-            yield f"| {what} | {mark} | {it.seen} | {next_step(it)} |"
+        for outcome in self.results:
+            mark = _MARKS.get(outcome.result, "**contradicts the gateway**")
+            what = f"`{outcome.assumption}`: {BY_SLUG[outcome.assumption].assumed}"
+            yield f"| {what} | {mark} | {outcome.seen} | {next_step(outcome)} |"
         yield ""
         yield f"## All {len(self.frames)} frames"
         yield ""
         yield "```"
-        yield from (f"{it.at} {it.dir} {it.data}" for it in self.frames)
+        yield from (f"{frame.at} {frame.dir} {frame.data}" for frame in self.frames)
         yield "```"
 
 
-def next_step(it: Outcome) -> str:
+def next_step(outcome: Outcome) -> str:
     """The next step after a result, in words; empty where it agrees."""
-    row = BY_SLUG[it.assumption]
-    if it.setting is not None and it.setting.proposed is not None:
-        return f"Set `{it.setting.key}` from `{it.setting.now}` to `{it.setting.proposed}`. {row.false}"
-    if it.result is Result.CANNOT_TELL:
-        return it.needed or ""
-    if it.result is Result.AGREES:
+    row = BY_SLUG[outcome.assumption]
+    if (setting := outcome.setting) is not None and setting.proposed is not None:
+        return f"Set `{setting.key}` from `{setting.now}` to `{setting.proposed}`. {row.false}"
+    if outcome.result is Result.CANNOT_TELL:
+        return outcome.needed or ""
+    if outcome.result is Result.AGREES:
         return ""
     return f"{row.false} {'Nothing has to be changed.' if row.harmless else 'Do not run motion.'}"

@@ -52,8 +52,9 @@ class RorzeBench(Bench):
 
     async def reach(self) -> None:
         """Find what begins a command that is understood, the configured one first."""
-        for introducer in sorted(INTRODUCERS, key=lambda it: it != self.line.introducer):
-            for body in [it for it in self.speakers if introducer == "&" or it <= OLDEST_BODY][:ASKED_FIRST]:
+        for introducer in sorted(INTRODUCERS, key=lambda introducer: introducer != self.line.introducer):
+            asked = [body for body in self.speakers if introducer == "&" or body <= OLDEST_BODY]
+            for body in asked[:ASKED_FIRST]:
                 if await self.ask(body, _entry(next(self._entries)), introducer=introducer):
                     self.introducer = introducer
                     return
@@ -88,11 +89,11 @@ class RorzeBench(Bench):
         wait_s = self.within_s(frame) + command.takes_s + within_s
 
         def answers(lines: list[Heard]) -> Iterator[Answer | Refusal]:
-            for it in _frames(lines):
-                if isinstance(it, Answer | Refusal) and (it.body, it.code) == (body, command.code):
-                    yield it
+            for frame in _frames(lines):
+                if isinstance(frame, Answer | Refusal) and (frame.body, frame.code) == (body, command.code):
+                    yield frame
 
-        return next(answers(await self.talk.hear(lambda it: any(answers(it)), wait_s, since)), None)
+        return next(answers(await self.talk.hear(lambda lines: any(answers(lines)), wait_s, since)), None)
 
     async def read(self, body: int, command: RorzeCommand[Any]) -> Any:
         """Ask, and give the reply as the command's row reads it; None if none came or it is another."""
@@ -109,7 +110,7 @@ class RorzeBench(Bench):
         self.talk.send(frame)
 
         def told(lines: Sequence[Heard]) -> bool:
-            return any(isinstance(it, GroupAnswer) and it.body == group for it in _frames(lines))
+            return any(isinstance(frame, GroupAnswer) and frame.body == group for frame in _frames(lines))
 
         return told(await self.talk.hear(told, self.within_s(frame), since))
 
@@ -131,8 +132,8 @@ def _entry(number: int) -> GetNumberedPositionEntry:
 
 
 def _frames(lines: Sequence[Heard]) -> Iterator[Frame]:
-    for it in lines:
-        yield from LinkReader().feed(it.data)
+    for line in lines:
+        yield from LinkReader().feed(line.data)
 
 
 # Questions
@@ -154,17 +155,17 @@ async def interjection(row: Assumption, bench: RorzeBench) -> Finding:
 async def _in_one_go(bench: RorzeBench, body: int) -> int:
     """Send questions without waiting, and count the answers."""
     keyed = [bench.numbered(body) for _ in range(IN_ONE_GO)]
-    frame = b"".join(it for _, it in keyed)
+    frame = b"".join(question for _, question in keyed)
     since = len(bench.talk.heard)
     sent_at = bench.talk.send(frame)
     bench.asked.update((key, sent_at) for key, _ in keyed)
     wanted = {key for key, _ in keyed}
 
     def found(lines: Sequence[Heard]) -> set[Key]:
-        return wanted & {key for it in lines if (key := bench.key_of(it.data)) is not None}
+        return wanted & {key for line in lines if (key := bench.key_of(line.data)) is not None}
 
     heard = await bench.talk.hear(
-        lambda it: found(it) == wanted, IN_ONE_GO * bench.within_s(frame) + SETTLES_S, since
+        lambda lines: found(lines) == wanted, IN_ONE_GO * bench.within_s(frame) + SETTLES_S, since
     )
     return len(found(heard))
 
@@ -175,7 +176,7 @@ async def order_per_body(row: Assumption, bench: RorzeBench) -> Finding:
     if body is None:
         return cannot_tell(row, "No body has answered.")
     answered = await _in_one_go(bench, body)
-    mixed = [f"{it:02X}" for it in sorted(bench.present) if bench.out_of_order(it)]
+    mixed = [f"{body:02X}" for body in sorted(bench.present) if bench.out_of_order(body)]
     if mixed:
         return fails(row, f"Replies of {', '.join(mixed)} came in another order than the questions.")
     if answered < 2:
@@ -209,7 +210,7 @@ async def label_answers(row: Assumption, bench: RorzeBench) -> Finding:
             continue
         line = await bench.read(body, GetProgramLine(label=label))
         instruction = await bench.read(body, GetProgramInstruction(label=label))
-        told = [it.instruction if it is not None else None for it in (line, instruction)]
+        told = [answer.instruction if answer is not None else None for answer in (line, instruction)]
         seen = f"Body {body:02X} answers UPD and UWD of label {label} by {told[0]} and {told[1]}."
         return agrees(seen) if told == [f"*{label}"] * 2 else fails(row, seen)
     return cannot_tell(row, "No body has a program with a label.")
@@ -242,11 +243,11 @@ async def half_command(row: Assumption, bench: RorzeBench) -> Finding:
     bench.talk.send(POISON)
     await bench.talk.hear(lambda _: False, bench.within_s(POISON), since)
     lines = bench.talk.heard[since:]
-    if any(isinstance(it, Answer) and it.body == body for it in _frames(lines)):
+    if any(isinstance(frame, Answer) and frame.body == body for frame in _frames(lines)):
         return fails(row, f"Half a question was answered, and what ended it with it: {key[1]}.")
     if not await bench.ask_number(body):
         return fails(row, "Nothing is answered any more after half a question and what ends it.")
-    told = next((it for it in _frames(lines) if not isinstance(it, Garbage)), None)
+    told = next((frame for frame in _frames(lines) if not isinstance(frame, Garbage)), None)
     code = f"@{told.error:02X}" if isinstance(told, Refusal) and told.error is not None else "nothing"
     return agrees(f"Half a question and what ends it were answered by {code}.")
 
@@ -289,7 +290,7 @@ async def lasting_errors(row: Assumption, bench: RorzeBench) -> Finding:
         if gone:
             names = ", ".join(names_of(gone, CONTROLLER_STATUS_BITS))
             return fails(row, f"Body {body:02X} has forgotten {names} by itself.")
-    bodies = ", ".join(f"{it:02X}" for it in standing)
+    bodies = ", ".join(f"{body:02X}" for body in standing)
     return agrees(f"The errors of {bodies} have lasted from one reading to the next.")
 
 

@@ -65,7 +65,7 @@ class Outage:
     @property
     def returned(self) -> Mapping[int, Kept]:
         """The bodies that came back after their power was off."""
-        return {body: it for body, it in self.bodies.items() if it.comment is not None}
+        return {body: kept for body, kept in self.bodies.items() if kept.comment is not None}
 
 
 async def _agrees(row: Assumption, bench: RorzeBench, body: int, what: str) -> bool:
@@ -96,14 +96,14 @@ async def _outage(row: Assumption, bench: RorzeBench) -> Outage:
                 bodies[body] = await _commented(bench, body, number)
         return await _switched(row, bench, bodies) if bodies else Outage(bodies)
     finally:
-        for body, it in bodies.items():
-            await bench.ask(body, SetUserComment(comment_number=it.number, text=""))
+        for body, kept in bodies.items():
+            await bench.ask(body, SetUserComment(comment_number=kept.number, text=""))
 
 
 async def _free_comment(bench: RorzeBench, body: int) -> int | None:
     """A user comment that is empty, other than the one of the gateway's mark where there is one."""
-    marked = next(it.power_comment for it in bench.line.bodies if it.number == body)
-    for number in sorted(range(1, LAST_COMMENT + 1), key=lambda it: (it == marked, it)):
+    marked = next(table.power_comment for table in bench.line.bodies if table.number == body)
+    for number in sorted(range(1, LAST_COMMENT + 1), key=lambda number: (number == marked, number)):
         told = await bench.read(body, GetInformation(comment_number=number))
         if told is not None and told.text in ("", TRIED):  # a trial that was killed has left it
             return number
@@ -125,8 +125,8 @@ async def _comment_and_place(bench: RorzeBench, body: int, number: int) -> tuple
 
 async def _define(row: Assumption, bench: RorzeBench, body: int) -> int | None:
     """Define a virtual body with an unused number; None if no person agrees, or it does not answer."""
-    taken = {it.number for it in bench.line.groups} | set(bench.line.sweep_numbers)
-    group = next(it for it in range(LAST_GROUP, FIRST_GROUP - 1, -1) if it not in taken)
+    taken = {group.number for group in bench.line.groups} | set(bench.line.sweep_numbers)
+    group = next(number for number in range(LAST_GROUP, FIRST_GROUP - 1, -1) if number not in taken)
     what = f"RC-400: virtual body {group:02X} is defined (XVS). No motor moves because of it. Do it?"
     if bench.line.introducer != "&" or not await bench.consents(row, f"{LINK_MASTER:02X}", what):
         return None
@@ -137,21 +137,21 @@ async def _define(row: Assumption, bench: RorzeBench, body: int) -> int | None:
 async def _switched(row: Assumption, bench: RorzeBench, bodies: Mapping[int, Kept]) -> Outage:
     """Wait for a person to switch the power, and for the bodies to come back."""
     group = await _define(row, bench, min(bodies))
-    names = ", ".join([*(f"{it:02X}" for it in bodies), *([] if group is None else ["and the RC-400"])])
+    names = ", ".join([*(f"{body:02X}" for body in bodies), *([] if group is None else ["and the RC-400"])])
     what = f"Switch {names} off, wait two seconds, and switch on again. Is it done?"
     if not await bench.terms.switch(row, f"{min(bodies):02X}", what):
         return Outage(bodies)
-    after = {body: await _returned(bench, body, it) for body, it in bodies.items()}
+    after = {body: await _returned(bench, body, kept) for body, kept in bodies.items()}
     return Outage(after, None if group is None else await bench.answers(group))
 
 
-async def _returned(bench: RorzeBench, body: int, it: Kept) -> Kept:
+async def _returned(bench: RorzeBench, body: int, kept: Kept) -> Kept:
     for _ in range(int(RETURNS_S / ASK_AGAIN_S)):
         if await bench.ask_number(body):
             break
         await bench.pause(ASK_AGAIN_S)
-    comment, after = await _comment_and_place(bench, body, it.number)
-    return it if comment is None or after is None else replace(it, comment=comment, after=after)
+    comment, after = await _comment_and_place(bench, body, kept.number)
+    return kept if comment is None or after is None else replace(kept, comment=comment, after=after)
 
 
 NOT_SWITCHED: Final = "Nobody has agreed, no body has a free user comment, or the power was not switched."
@@ -161,16 +161,16 @@ async def comment_kept(row: Assumption, bench: RorzeBench) -> Finding:
     """Read comments back, and once more after the power was off."""
     found = await outage(row, bench)
     unlike = [
-        f"Comment {it.number} of body {body:02X} was set to {TRIED!r} and is {it.told!r}."
-        for body, it in found.bodies.items()
-        if it.told != TRIED
+        f"Comment {kept.number} of body {body:02X} was set to {TRIED!r} and is {kept.told!r}."
+        for body, kept in found.bodies.items()
+        if kept.told != TRIED
     ]
     lasting = [
-        f"Comment {it.number} of body {body:02X} has outlasted the loss of power."
-        for body, it in found.returned.items()
-        if it.told == it.comment == TRIED
+        f"Comment {kept.number} of body {body:02X} has outlasted the loss of power."
+        for body, kept in found.returned.items()
+        if kept.told == kept.comment == TRIED
     ]
-    wrong = [body for body, it in found.bodies.items() if it.told != TRIED or it.comment == TRIED]
+    wrong = [body for body, kept in found.bodies.items() if kept.told != TRIED or kept.comment == TRIED]
     if wrong:
         without_mark = (Change(f"bodies.{body:02X}.power_comment", 0) for body in wrong)
         return fails(row, " ".join([*unlike, *lasting]), *without_mark)
@@ -182,17 +182,17 @@ async def comment_kept(row: Assumption, bench: RorzeBench) -> Finding:
 async def power_on_position(row: Assumption, bench: RorzeBench) -> Finding:
     """Compare positions before and after the power was off."""
     found = await outage(row, bench)
-    elsewhere = {body: it for body, it in found.returned.items() if it.before != 0}
+    elsewhere = {body: moved for body, moved in found.returned.items() if moved.before != 0}
     if not elsewhere:
         return cannot_tell(row, "All bodies were at 0." if found.returned else NOT_SWITCHED)
     seen = " ".join(
-        f"Body {body:02X} was at {it.before}, and is at {it.after} after its power was off."
-        for body, it in elsewhere.items()
+        f"Body {body:02X} was at {moved.before}, and is at {moved.after} after its power was off."
+        for body, moved in elsewhere.items()
     )
-    kept = {body: it for body, it in elsewhere.items() if it.after != 0}
+    kept = {body: moved for body, moved in elsewhere.items() if moved.after != 0}
     if not kept:
         return agrees(seen)
-    unmarked = [body for body, it in kept.items() if it.comment == TRIED]
+    unmarked = [body for body, state in kept.items() if state.comment == TRIED]
     if not unmarked:
         return fails(row, f"{seen} The mark in a user comment tells of the loss.")
     return fails(
@@ -215,7 +215,7 @@ async def link_master_forgets(row: Assumption, bench: RorzeBench) -> Finding:
 
 
 def _named(bodies: Iterable[int]) -> str:
-    return ", ".join(f"{it:02X}" for it in bodies)
+    return ", ".join(f"{body:02X}" for body in bodies)
 
 
 # Motion
@@ -262,7 +262,7 @@ async def _way(row: Assumption, bench: RorzeBench, what: str) -> Way | Finding:
         return cannot_tell(
             row, f"Body {body:02X} is at {here}.", "The axis has to stand between both places."
         )
-    target = max((low, high), key=lambda it: abs(it - here))
+    target = max((low, high), key=lambda place: abs(place - here))
     takes_s = abs(target - here) / speed.speed
     if not SAMPLE_S * LEAST_SAMPLES <= takes_s <= LONGEST_MOVE_S:
         seen = f"At {speed.speed} pulses/s the way from {here} to {target} takes {takes_s:.1f} s."
@@ -326,7 +326,7 @@ async def _move(bench: RorzeBench, way: Way, target: int) -> tuple[list[tuple[fl
         samples.append(((asked_at + bench.talk.now()) / 2, float(place.pulses)))
         status = await bench.read(way.body, GetControllerStatus())
         if status is not None and not _is_busy(status.bits):
-            moved = [it for it in samples if it[1] not in (way.here, way.target)]
+            moved = [sample for sample in samples if sample[1] not in (way.here, way.target)]
             end = await bench.read(way.body, GetPosition())
             return moved, None if end is None else end.pulses
         await bench.pause(SAMPLE_S)

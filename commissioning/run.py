@@ -61,7 +61,8 @@ async def commission(
         results=results,
         lost=lost,
         measured=Measured(
-            replies_s=[round(it, 6) for it in bench.times], copies_s=[round(it, 6) for it in bench.copies]
+            replies_s=[round(time_s, 6) for time_s in bench.times],
+            copies_s=[round(time_s, 6) for time_s in bench.copies],
         ),
         frames=talk.frames,
     )
@@ -84,7 +85,7 @@ async def _walk(bench: Bench, trials: Mapping[str, Any], tell: Tell) -> tuple[li
     Why the port has gone meanwhile stands beside them: what was not tried by then cannot be told.
     """
     rows = of_family(bench.line.protocol)
-    by_level = sorted(rows, key=lambda it: (it.person, list(Level).index(it.level)))
+    by_level = sorted(rows, key=lambda row: (row.person, list(Level).index(row.level)))
     found: dict[str, Finding] = {}
     lost: str | None = None
     barred: dict[Level, str] = {}
@@ -106,7 +107,7 @@ async def _walk(bench: Bench, trials: Mapping[str, Any], tell: Tell) -> tuple[li
             barred.setdefault(level, row.slug)
     for row in rows:
         found.setdefault(row.slug, cannot_tell(row, "It was not tried: the port has gone."))
-    return [it for row in rows for it in _outcomes(row, found[row.slug], bench.line)], lost
+    return [outcome for row in rows for outcome in _outcomes(row, found[row.slug], bench.line)], lost
 
 
 def _bars(row: Assumption, finding: Finding) -> tuple[Level, ...]:
@@ -135,7 +136,7 @@ async def _try(
 def _outcomes(row: Assumption, finding: Finding, line: Any) -> Iterator[Outcome]:
     """The result of a trial: once, or for each of several settings that it proposes."""
     table = line.model_dump(mode="json")
-    proposed = {it.key: it.proposed for it in finding.changes} or {row.key: None}
+    proposed = {change.key: change.proposed for change in finding.changes} or {row.key: None}
     needed = finding.needed if finding.result is Result.CANNOT_TELL else None
     for key, value in proposed.items():
         held = bool(key) and "{" not in key
@@ -149,7 +150,7 @@ def value_at(table: Any, key: str) -> Any:
     """The value of a table at a dotted key; tables in arrays are found by their ids."""
     for part in key.split("."):
         in_array = isinstance(table, list)
-        table = next(it for it in table if it["id"] == part) if in_array else table[part]
+        table = next(entry for entry in table if entry["id"] == part) if in_array else table[part]
     return table
 
 

@@ -43,9 +43,9 @@ def path_outward(gateway: str, path: str) -> str:
 def outward(gateway: str, told: Any, field: str = "") -> Any:
     """Put the gateway's name before all addresses in what it tells, and into all paths."""
     if isinstance(told, Mapping):
-        return {name: outward(gateway, it, name) for name, it in told.items()}
+        return {name: outward(gateway, value, name) for name, value in told.items()}
     if isinstance(told, list):
-        return [outward(gateway, it, field) for it in told]
+        return [outward(gateway, item, field) for item in told]
     if field == "token" and isinstance(told, int):
         return f"{gateway}:{told}"
     if not isinstance(told, str) or not told:

@@ -53,11 +53,11 @@ class Callers:
             return Sight(None)
         self.require_shown(caller)
         gateways = self._registry.all()
-        verdicts = await asyncio.gather(*(self._verdict(caller, it) for it in gateways))
-        told = {it.name: verdict for it, verdict in zip(gateways, verdicts, strict=True)}
-        if any(it is not None and it.sees for it in verdicts):
+        verdicts = await asyncio.gather(*(self._verdict(caller, gateway) for gateway in gateways))
+        told = {gateway.name: verdict for gateway, verdict in zip(gateways, verdicts, strict=True)}
+        if any(verdict is not None and verdict.sees for verdict in verdicts):
             return Sight(told)
-        if any(it is not None for it in verdicts):
+        if any(verdict is not None for verdict in verdicts):
             raise NotAuthenticated("No gateway of the plant takes this key; nothing was sent.")
         raise NotPermitted(
             "No gateway of the plant can be asked whether this key is good; nothing was sent.",
@@ -92,8 +92,8 @@ class Sight:
 
     def __init__(self, verdicts: Mapping[str, Verdict | None] | None) -> None:
         self._verdicts = verdicts
-        known = [it for it in (verdicts or {}).values() if it is not None]
-        self._sees_unasked = all(it.sees and it.scope is None for it in known)
+        known = [verdict for verdict in (verdicts or {}).values() if verdict is not None]
+        self._sees_unasked = all(verdict.sees and verdict.scope is None for verdict in known)
         """True if a gateway that cannot be asked is visible: every other gateway lets this caller see
         everything."""
 

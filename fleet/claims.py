@@ -80,7 +80,7 @@ class Claims:
             return
         try:
             told = json.loads(content)
-            epoch, moves = int(told["epoch"]), [dict(it) for it in told.get("moves", ())]
+            epoch, moves = int(told["epoch"]), [dict(move) for move in told.get("moves", ())]
         except (ValueError, KeyError, TypeError) as error:
             log.warning("a claim of %s for line %s cannot be read: %s", gateway, line, error)
             return
@@ -100,5 +100,5 @@ class Claims:
 
     async def _claim(self, connection: Connection, line: str, epoch: int) -> None:
         subject = claim_of(self._ownership.name, line)
-        moves = [it.model_dump(mode="json") for it in self._plant.moves_under_way(line)]
+        moves = [move.model_dump(mode="json") for move in self._plant.moves_under_way(line)]
         await connection.request(subject, {"epoch": epoch, "moves": moves})

@@ -118,9 +118,9 @@ class Feed:
     def news(self) -> None:
         """Wake all who wait."""
         waiting, self._waiting = self._waiting, set()
-        for it in waiting:
-            if not it.done():
-                it.set_result(None)
+        for future in waiting:
+            if not future.done():
+                future.set_result(None)
 
     def close(self) -> None:
         """End all readers: the process is shutting down."""
@@ -155,7 +155,7 @@ class Feed:
                 read[gateway] = self.last  # another process of the plant was ahead
             else:
                 kept = map(PlantEvent._make, self._events)
-                oldest = next((it for it in kept if it.gateway == gateway), None)
+                oldest = next((event for event in kept if event.gateway == gateway), None)
                 if oldest is not None and _is_hole(cursor, oldest.cursor):
                     gaps.append(gap_of(gateway, cursor, oldest.cursor))
         behind = [read.get(gateway, self.first - 1) for gateway in self.newest]

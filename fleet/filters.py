@@ -30,21 +30,21 @@ def _split(text: str) -> list[str]:
 
 
 def _by_type(types: list[str]) -> Callable[[PlantEvent], bool]:
-    for it in types:
-        if not _TYPE.fullmatch(it):
-            raise InvalidRequest(f"types: {it!r} is no type of events.", "Give types such as body.move.*")
-    exact = {it for it in types if not it.endswith("*")}
-    prefixes = tuple(it.removesuffix("*") for it in types if it.endswith("*"))
+    for type_ in types:
+        if not _TYPE.fullmatch(type_):
+            raise InvalidRequest(f"types: {type_!r} is no type of events.", "Give types such as body.move.*")
+    exact = {type_ for type_ in types if not type_.endswith("*")}
+    prefixes = tuple(type_.removesuffix("*") for type_ in types if type_.endswith("*"))
     return lambda event: event.type in exact or event.type.startswith(prefixes)
 
 
 def _by_address(addresses: list[str]) -> Callable[[PlantEvent], bool]:
     wanted = set()
-    for it in addresses:
-        gateway, colon, address = it.rpartition(":")
+    for text in addresses:
+        gateway, colon, address = text.rpartition(":")
         if (canonical := spelled(address)) is None or (colon and not _GATEWAY.fullmatch(gateway)):
             raise InvalidRequest(
-                f"bodies: {it!r} is no address.", "Give addresses such as stocker1:line1.3F or 3F."
+                f"bodies: {text!r} is no address.", "Give addresses such as stocker1:line1.3F or 3F."
             )
         wanted.add((gateway, canonical))
 
@@ -57,8 +57,8 @@ def _by_address(addresses: list[str]) -> Callable[[PlantEvent], bool]:
 
 
 def _by_gateway(gateways: list[str]) -> Callable[[PlantEvent], bool]:
-    for it in gateways:
-        if not _GATEWAY.fullmatch(it):
-            raise InvalidRequest(f"gateways: {it!r} is no name of a gateway.", "GET /gateways lists them.")
+    for name in gateways:
+        if not _GATEWAY.fullmatch(name):
+            raise InvalidRequest(f"gateways: {name!r} is no name of a gateway.", "GET /gateways lists them.")
     wanted = set(gateways)
     return lambda event: event.gateway in wanted

@@ -40,7 +40,9 @@ def faults_of(engine: Engine) -> Iterator[str]:
             told, streams = _asked(f"{monitor}/varz"), _asked(f"{monitor}/jsz?streams=true&config=true")
         except (OSError, ValueError):
             continue
-        yield from (f"{monitor}: {it}" for it in (*_faults_of_server(told), *_faults_of_streams(streams)))
+        yield from (
+            f"{monitor}: {fault}" for fault in (*_faults_of_server(told), *_faults_of_streams(streams))
+        )
 
 
 def unseen(engine: Engine) -> Iterator[str]:
@@ -75,8 +77,8 @@ async def require_fit_streams(engine: Engine, name: str) -> None:
 def _monitors(engine: Engine) -> list[str]:
     if engine.monitor:
         return list(engine.monitor)
-    hosts = dict.fromkeys(urlsplit(it).hostname or "" for it in engine.servers)
-    return [f"http://{f'[{it}]' if ':' in it else it}:{MONITOR_PORT}" for it in hosts]
+    hosts = dict.fromkeys(urlsplit(url).hostname or "" for url in engine.servers)
+    return [f"http://{f'[{host}]' if ':' in host else host}:{MONITOR_PORT}" for host in hosts]
 
 
 def _asked(url: str) -> Any:
@@ -89,7 +91,7 @@ def _asked(url: str) -> Any:
 
 def _faults_of_server(told: Any) -> Iterator[str]:
     version = str(told.get("version", ""))
-    if tuple(int(it) for it in version.split(".")[:2] if it.isdecimal()) < OLDEST:
+    if tuple(int(number) for number in version.split(".")[:2] if number.isdecimal()) < OLDEST:
         yield f"nats-server {version or 'without a version'} is too old: the plant takes 2.12 or newer"
     settings = (told.get("jetstream") or {}).get("config")
     if not settings:

@@ -90,7 +90,7 @@ class Front:
     def start(self) -> None:
         """Begin to follow the servers and the gateways."""
         work = self.follower.run(), self.upstream.keep_warm()
-        self._tasks = [asyncio.create_task(it, name="plant") for it in work]
+        self._tasks = [asyncio.create_task(part, name="plant") for part in work]
 
     async def aclose(self) -> None:
         """End everything."""
@@ -141,7 +141,7 @@ class Front:
         await self.callers.sight_of(caller_of(request))
         return JSONResponse(
             {
-                "gateways": [self.registry.told(it) for it in self.registry.all()],
+                "gateways": [self.registry.told(gateway) for gateway in self.registry.all()],
                 "servers": {"followed": self.follower.trouble is None, "trouble": self.follower.trouble},
             }
         )
@@ -153,7 +153,7 @@ class Front:
     def _named_gateway(self, name: str) -> Gateway:
         found = self.registry.get(name)
         if found is None:
-            known = ", ".join(it.name for it in self.registry.all()) or "none"
+            known = ", ".join(gateway.name for gateway in self.registry.all()) or "none"
             raise NotFound(
                 f"There is no gateway {name[:40]} in the plant (known: {known}); nothing was sent.",
                 "GET /gateways lists those that were heard.",
@@ -175,7 +175,7 @@ class Front:
         """The first gateway that answers tells who asks."""
         caller = caller_of(request)
         self.callers.require_shown(caller)
-        for gateway in sorted(self.registry.all(), key=lambda it: not self.registry.is_online(it)):
+        for gateway in sorted(self.registry.all(), key=lambda gateway: not self.registry.is_online(gateway)):
             try:
                 return _answer_as(
                     await self.upstream.ask(gateway, "GET", "/system/identity", caller.headers, within_s=2.0)
@@ -215,7 +215,7 @@ class Front:
             if reader.cursor == before:
                 break
             await asyncio.sleep(0)
-        told = ",".join(it.json for it in events)
+        told = ",".join(event.json for event in events)
         return Response(
             f'{{"events":[{told}],"cursor":{json.dumps(reader.cursor)}}}', media_type="application/json"
         )
@@ -230,7 +230,7 @@ class Front:
     async def _server_sent(self, reader: Reader, caller: Caller) -> AsyncIterator[str]:
         yield f": events after {reader.cursor}\n\n"
         async for events in self._batches(reader, caller):
-            frames = [f"event: {it.type}\ndata: {it.json}\n\n" for it in events]
+            frames = [f"event: {event.type}\ndata: {event.json}\n\n" for event in events]
             if frames:  # a browser goes on after the id that came last
                 frames[-1] = f"id: {reader.cursor}\n{frames[-1]}"
             yield "".join(frames) or ": still here\n\n"
@@ -271,8 +271,8 @@ class Front:
         try:
             await asyncio.wait({sending, hearing}, return_when=asyncio.FIRST_COMPLETED)
         finally:
-            for it in (sending, hearing):
-                it.cancel()
+            for task in (sending, hearing):
+                task.cancel()
             await asyncio.gather(sending, hearing, return_exceptions=True)
 
     async def _send(self, websocket: WebSocket, reader: Reader) -> None:
@@ -502,17 +502,17 @@ async def _version(_request: Request) -> Response:
 
 def _told_stop(attempts: Sequence[Attempt], request: Request) -> Response:
     """Tell how far the stop of the plant has come, in such a way that half a success reads as none."""
-    told = [it.told() for it in attempts]
-    reports = [it["report"] for it in told if it["report"] is not None]
+    told = [attempt.told() for attempt in attempts]
+    reports = [attempt["report"] for attempt in told if attempt["report"] is not None]
     united = {
-        "confirmed": bool(attempts) and all(it.state == "confirmed" for it in attempts),
-        "bodies": [body for it in reports for body in it["bodies"]],
-        "robots": [robot for it in reports for robot in it["robots"]],
+        "confirmed": bool(attempts) and all(attempt.state == "confirmed" for attempt in attempts),
+        "bodies": [body for report in reports for body in report["bodies"]],
+        "robots": [robot for report in reports for robot in report["robots"]],
         "gateways": told,
     }
     if united["confirmed"]:
         return JSONResponse(united)
-    open_ones = [it.gateway for it in attempts if it.state != "confirmed"]
+    open_ones = [attempt.gateway for attempt in attempts if attempt.state != "confirmed"]
     detail = (
         f"The stop is not confirmed by {', '.join(open_ones)}; the attempt goes on for 60 s."
         if open_ones

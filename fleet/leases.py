@@ -61,7 +61,7 @@ class PlantLeases:
         except BaseException:
             await self._give_back(taken, caller)
             raise
-        return _united([outward(gateway.name, it) for gateway, it in taken])
+        return _united([outward(gateway.name, lease) for gateway, lease in taken])
 
     async def _take_one(self, gateway: Gateway, wanted: object, caller: Caller) -> Any:
         content = json.dumps(wanted).encode()
@@ -84,12 +84,12 @@ class PlantLeases:
         """
         asking = [
             self._ask(gateway, lease, action, tokens, caller)
-            for gateway, lease in [self._place(it) for it in leases.split(",")]
+            for gateway, lease in [self._place(lease) for lease in leases.split(",")]
         ]
         told = await asyncio.gather(*asking, return_exceptions=True)
-        if faults := [it for it in told if isinstance(it, BaseException)]:
+        if faults := [answer for answer in told if isinstance(answer, BaseException)]:
             raise faults[0]
-        return _united([it for it in told if not isinstance(it, BaseException)])
+        return _united([answer for answer in told if not isinstance(answer, BaseException)])
 
     async def _ask(self, gateway: Gateway, lease: str, action: str, tokens: str, caller: Caller) -> Any:
         path = f"/leases/{quote(lease, safe='')}{'/renew' if action == 'renew' else ''}"
@@ -117,7 +117,11 @@ def _united(leases: Sequence[dict[str, Any]]) -> dict[str, Any]:
     if len(leases) == 1:
         return dict(leases[0])
     return {
-        "lease": ",".join(it["lease"] for it in leases),
-        **({"token": ",".join(it["token"] for it in leases)} if all("token" in it for it in leases) else {}),
+        "lease": ",".join(lease["lease"] for lease in leases),
+        **(
+            {"token": ",".join(lease["token"] for lease in leases)}
+            if all("token" in lease for lease in leases)
+            else {}
+        ),
         "leases": list(leases),
     }

@@ -157,14 +157,14 @@ class Member:
             await connection.nats.subscribe(STOP, cb=self._hear_stop)
             await self._claims.agree(connection)
             work = [
-                asyncio.create_task(it, name="member of the plant")
-                for it in (self._register(connection), self._forward(connection))
+                asyncio.create_task(part, name="member of the plant")
+                for part in (self._register(connection), self._forward(connection))
             ]
             try:
                 await asyncio.wait({*work, connection.ended}, return_when=asyncio.FIRST_COMPLETED)
-                for it in work:
-                    if it.done():
-                        it.result()
+                for task in work:
+                    if task.done():
+                        task.result()
             finally:
                 self._claims.note_end()
                 self._connection = None
@@ -219,7 +219,7 @@ class Member:
         if not self._sent or not sequence:
             return
         page = await self._plant.events.since(cursor, limit=1)
-        if cursor is None or any(it.type == GAP for it in page.events):
+        if cursor is None or any(event.type == GAP for event in page.events):
             raise NotAlone
 
     async def _send_on(self, connection: Connection, cursor: str | None, sequence: int) -> NoReturn:
@@ -229,7 +229,7 @@ class Member:
             page = await hub.since(cursor, limit=BATCH)
             cursor = page.cursor
             self._membership.behind = hub.last - int(cursor.rpartition("-")[2])
-            if events := [it for it in page.events if it.type != SNAPSHOT]:
+            if events := [event for event in page.events if event.type != SNAPSHOT]:
                 sequence = await self._send(connection, events, sequence)
                 self._sent = True
                 self._membership.forwarded += len(events)
@@ -286,7 +286,7 @@ class Member:
         """Give an event as it was written: one of an earlier life keeps the epoch of that."""
         content = event.json.encode()
         id_, cursor = (
-            match[1] if (match := it.search(event.json)) else event.cursor for it in (_ID, _CURSOR)
+            match[1] if (match := pattern.search(event.json)) else event.cursor for pattern in (_ID, _CURSOR)
         )
         if len(content) > connection.nats.max_payload - HEADERS_BYTES:
             content = json.dumps({**json.loads(content), "data": {"detail": TOO_LARGE}}).encode()

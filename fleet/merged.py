@@ -45,7 +45,7 @@ class Merged:
         """
         path = f"/{what}{f'?{query}' if query else ''}"
         gateways = self._registry.all()
-        answers = await asyncio.gather(*(self._ask(it, path, caller) for it in gateways))
+        answers = await asyncio.gather(*(self._ask(gateway, path, caller) for gateway in gateways))
         items: list[Any] = []
         told = []
         refusals = []
@@ -60,7 +60,7 @@ class Merged:
                 state = "refused"
                 refusals.append(answer)
             told.append({"gateway": gateway.name, "state": state})
-        if refusals and len(refusals) == sum(it is not None for it in answers):
+        if refusals and len(refusals) == sum(answer is not None for answer in answers):
             raise Refused(refusals[0])
         return {what: _newest_first(items) if what == "alarms" else items, "gateways": told}
 
@@ -71,26 +71,26 @@ class Merged:
             return None
 
     def _items(self, gateway: Gateway, path: str, caller: Caller, items: Sequence[Any]) -> list[Any]:
-        told = [_item(gateway.name, it) for it in items]
+        told = [_item(gateway.name, item) for item in items]
         while len(self._last) >= MOST_KEPT:
             del self._last[next(iter(self._last))]
         key = gateway.name, path, caller.id
         self._last.pop(key, None)
         self._last[key] = monotonic(), told
-        return [{**it, "unheard": False} for it in told]
+        return [{**item, "unheard": False} for item in told]
 
     def _last_known(self, gateway: Gateway, path: str, caller: Caller, what: str) -> list[Any]:
         at, items = self._last.get((gateway.name, path, caller.id), (0.0, ()))
         if what == "alarms":  # they stand until somebody resets them, heard or not
-            return [{**it, "unheard": True, "heard_age_s": round(monotonic() - at, 3)} for it in items]
+            return [{**item, "unheard": True, "heard_age_s": round(monotonic() - at, 3)} for item in items]
         return [
             {
-                **{name: it[name] for name in (*_IDS, "name", "gateway") if name in it},
+                **{name: item[name] for name in (*_IDS, "name", "gateway") if name in item},
                 "unheard": True,
                 "heard_age_s": round(monotonic() - at, 3),
-                "last_known": it,
+                "last_known": item,
             }
-            for it in items
+            for item in items
         ]
 
     async def metrics(self, caller: Caller) -> str:
@@ -99,16 +99,19 @@ class Merged:
         :raises Refused: no gateway lets this caller see them.
         """
         gateways = self._registry.all()
-        answers = await asyncio.gather(*(self._ask(it, "/metrics", caller) for it in gateways))
+        answers = await asyncio.gather(*(self._ask(gateway, "/metrics", caller) for gateway in gateways))
         good = {
             gateway.name: answer.text
             for gateway, answer in zip(gateways, answers, strict=True)
             if answer is not None and answer.is_success
         }
-        refusals = [it for it in answers if it is not None and not it.is_success]
+        refusals = [answer for answer in answers if answer is not None and not answer.is_success]
         if refusals and not good:
             raise Refused(refusals[0])
-        own = [(it.name, self._registry.is_online(it), self._registry.age_s(it)) for it in gateways]
+        own = [
+            (gateway.name, self._registry.is_online(gateway), self._registry.age_s(gateway))
+            for gateway in gateways
+        ]
         return await asyncio.to_thread(_summed, good, own)
 
 
@@ -121,8 +124,8 @@ def _item(gateway: str, item: Mapping[str, Any]) -> dict[str, Any]:
 
 def _newest_first(alarms: list[Any]) -> list[Any]:
     """Sort alarms as a gateway does: those that stand first, each part newest first."""
-    newest = sorted(alarms, key=lambda it: str(it["raised_at"]), reverse=True)
-    return sorted(newest, key=lambda it: it.get("reset_at") is not None)
+    newest = sorted(alarms, key=lambda alarm: str(alarm["raised_at"]), reverse=True)
+    return sorted(newest, key=lambda alarm: alarm.get("reset_at") is not None)
 
 
 def _summed(texts: Mapping[str, str], own: Sequence[tuple[str, bool, float | None]]) -> str:
@@ -145,14 +148,14 @@ def _summed(texts: Mapping[str, str], own: Sequence[tuple[str, bool, float | Non
                 key = sample.name, tuple(sorted(labels.items()))
                 found[key] = found.get(key, 0.0) + sample.value
     rows = [
-        f"{heads[name]}{''.join(_row(it, labels, value) for (it, labels), value in found.items())}"
+        f"{heads[name]}{''.join(_row(name, labels, value) for (name, labels), value in found.items())}"
         for name, found in sums.items()
     ]
     return "".join([*rows, *_of_gateways(own)])
 
 
 def _row(name: str, labels: Sequence[tuple[str, str]], value: float) -> str:
-    written = ",".join(f'{label}="{_escaped(it)}"' for label, it in labels)
+    written = ",".join(f'{label}="{_escaped(text)}"' for label, text in labels)
     return f"{name}{{{written}}} {value}\n" if written else f"{name} {value}\n"
 
 

@@ -90,7 +90,7 @@ async def _sign_in(request: Request) -> Response:
 
     content = await request.body()
     key = parse_qs(content[:MOST_BYTES].decode("utf-8", "replace")).get("key", [""])[0].strip()
-    if not key or not key.isascii() or not key.isprintable() or any(it in key for it in ' ",;\\'):
+    if not key or not key.isascii() or not key.isprintable() or any(sign in key for sign in ' ",;\\'):
         return _sign_in_page("This is no key. キーではありません。")
     try:
         await request.app.state.front.callers.sight_of(Caller(f"Bearer {key}"))

@@ -86,7 +86,9 @@ class Registry:
     def _note_writer(self, entry: Entry) -> None:
         """Notice a writer that comes back after another one: one that was started anew never does."""
         now, writer = self._clock(), (entry.url, epoch_of(entry.cursor))
-        heard = {it: at for it, at in self._writers.get(entry.name, {}).items() if now - at <= UNHEARD_S}
+        heard = {
+            writer: at for writer, at in self._writers.get(entry.name, {}).items() if now - at <= UNHEARD_S
+        }
         if writer in heard and writer != next(reversed(heard)):
             self._twins[entry.name] = now, " and ".join(sorted({url for url, _ in heard}))
         heard.pop(writer, None)

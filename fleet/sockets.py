@@ -32,14 +32,14 @@ async def pass_on(websocket: WebSocket, opening: connect) -> None:
 
 async def _hand_on(websocket: WebSocket, gateway: ClientConnection) -> None:
     ways = [
-        asyncio.create_task(it, name="stream")
-        for it in (_inward(websocket, gateway), _outward(websocket, gateway))
+        asyncio.create_task(way, name="stream")
+        for way in (_inward(websocket, gateway), _outward(websocket, gateway))
     ]
     try:
         await asyncio.wait(ways, return_when=asyncio.FIRST_COMPLETED)
     finally:
-        for it in ways:
-            it.cancel()
+        for task in ways:
+            task.cancel()
         await asyncio.gather(*ways, return_exceptions=True)
 
 

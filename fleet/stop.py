@@ -85,7 +85,9 @@ class PlantStop:
         """Begin at all gateways at once, and tell after two seconds at most how far it has come."""
         gateways = self._registry.all()
         # Whoever has the lines of others has to stop them, though it was never heard.
-        names = {it.name for it in gateways} | {owner for it in gateways for owner in it.owners.values()}
+        names = {gateway.name for gateway in gateways} | {
+            owner for gateway in gateways for owner in gateway.owners.values()
+        }
         attempts = {name: Attempt(name, self._registry.conflict_of(name)) for name in names}
         running = asyncio.create_task(self._carry_out(attempts, caller, mode), name="stop of the plant")
         self._running.add(running)
@@ -113,16 +115,20 @@ class PlantStop:
         ways = [
             self._again(_AllOf(attempts), partial(self._by_servers, message, note)),
             *(
-                self._again(it.done, partial(self._by_http, self._registry.get(name), it, headers, content))
-                for name, it in attempts.items()
+                self._again(
+                    attempt.done, partial(self._by_http, self._registry.get(name), attempt, headers, content)
+                )
+                for name, attempt in attempts.items()
             ),
         ]
         with suppress(TimeoutError):
             async with asyncio.timeout(GOES_ON_S):
                 await asyncio.gather(*ways)
-        for it in attempts.values():
-            if it.report is None:
-                log.error("the stop of the plant has not reached gateway %s: %s", it.gateway, it.detail)
+        for attempt in attempts.values():
+            if attempt.report is None:
+                log.error(
+                    "the stop of the plant has not reached gateway %s: %s", attempt.gateway, attempt.detail
+                )
 
     async def _again(self, done: "Done", way: Callable[[], Awaitable[None]]) -> None:
         """Go one way again and again until a gateway has told of it; a fault on one way ends no other."""
@@ -179,10 +185,10 @@ class _AllOf:
         self._attempts = attempts
 
     def is_set(self) -> bool:
-        return all(it.done.is_set() for it in self._attempts.values())
+        return all(attempt.done.is_set() for attempt in self._attempts.values())
 
     async def wait(self) -> None:
-        await asyncio.gather(*(it.done.wait() for it in self._attempts.values()))
+        await asyncio.gather(*(attempt.done.wait() for attempt in self._attempts.values()))
 
 
 def _take_report(attempt: Attempt, told: Mapping[str, Any]) -> None:

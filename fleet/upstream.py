@@ -87,10 +87,10 @@ class Upstream:
     async def keep_warm(self) -> None:
         """Ask each gateway again and again whether it lives."""
         while True:
-            beats = [asyncio.ensure_future(self._beat(it)) for it in self._registry.all()]
+            beats = [asyncio.ensure_future(self._beat(gateway)) for gateway in self._registry.all()]
             await asyncio.sleep(BEAT_S)
-            for it in beats:
-                it.cancel()
+            for beat in beats:
+                beat.cancel()
             await asyncio.gather(*beats, return_exceptions=True)
 
     async def _beat(self, gateway: Gateway) -> None:
@@ -157,7 +157,7 @@ class Upstream:
         return connect(
             f"ws{gateway.url.removeprefix('http')}{path}",
             additional_headers=headers,
-            subprotocols=[Subprotocol(it) for it in subprotocols],
+            subprotocols=[Subprotocol(name) for name in subprotocols],
             ssl=self._context if gateway.url.startswith("https:") else None,
             proxy=None,
             open_timeout=CONNECT_S,

@@ -68,7 +68,7 @@ class Dialect(ABC):
         """Take a frame of this life for one of the recording: what it has drawn stands for that of then."""
         pairs = list(zip(_MARK.findall(then), _MARK.findall(now), strict=False))
         if caller in NUMBERED:
-            numbers = (map(self.written_number, self.fence_number.findall(it)) for it in (then, now))
+            numbers = (map(self.written_number, self.fence_number.findall(frame)) for frame in (then, now))
             pairs += zip(*numbers, strict=False)
         for drawn_then, drawn_now in pairs:
             self._drawn.pop(drawn_then, None)
@@ -79,7 +79,7 @@ class Dialect(ABC):
         """A recorded reply with what was drawn in this life."""
         drawn = self._drawn
         pattern = b"|".join(map(re.escape, drawn)) or None
-        return reply if pattern is None else re.sub(pattern, lambda it: drawn[it[0]], reply)
+        return reply if pattern is None else re.sub(pattern, lambda match: drawn[match[0]], reply)
 
     def fitted(self, reply: bytes, now: bytes, caller: str | None) -> bytes:
         """A recorded reply as an answer to a frame of this life: with its marks, and a fence's number."""

@@ -36,14 +36,16 @@ def _written(script: Script, replay: Replay) -> Iterator[str]:
         {
             "gateway": script.manifest.gateway,
             "configuration": script.manifest.configuration,
-            "ports": {it.line.line_id: [it.byte_time_s, it.is_bridged] for it in replay.ports.values()},
+            "ports": {
+                port.line.line_id: [port.byte_time_s, port.is_bridged] for port in replay.ports.values()
+            },
         },
         ensure_ascii=False,
     )
-    yield from (f"? {json.dumps(it, ensure_ascii=False)}" for it in replay.asked)
+    yield from (f"? {json.dumps(question, ensure_ascii=False)}" for question in replay.asked)
     for line_id, records in replay.said.items():
         yield f"= {line_id}"
-        yield from (it.model_dump_json() for it in records)
+        yield from (record.model_dump_json() for record in records)
 
 
 def read(path: Path) -> tuple[Script, dict[str, Speed]]:
@@ -67,11 +69,11 @@ def read(path: Path) -> tuple[Script, dict[str, Speed]]:
                 spoken = records[line[2:]] = []
             else:
                 spoken.append((len(spoken) + 1, TraceEntry.model_validate_json(line)))
-        speeds = {line_id: (it[0], it[1]) for line_id, it in told["ports"].items()}
+        speeds = {line_id: (port[0], port[1]) for line_id, port in told["ports"].items()}
         manifest = _manifest(told, list(records))
     except (ValueError, KeyError, IndexError, ValidationError) as error:
         raise NotARecording(f"{path}:{number}: {error}.") from None
-    return Script(manifest, records, {it: [] for it in records}, requests, exact=True), speeds
+    return Script(manifest, records, {line_id: [] for line_id in records}, requests, exact=True), speeds
 
 
 def _manifest(told: dict[str, Any], lines: list[str]) -> Manifest:

@@ -151,7 +151,7 @@ def opened(path: Path) -> Iterator[Recording]:
 def members(folder: Path) -> Iterator[Path]:
     """The files of a folder that will be a recording, the manifest first."""
     yield folder / MANIFEST
-    yield from sorted(it for it in folder.rglob("*") if it.is_file() and it.name != MANIFEST)
+    yield from sorted(file for file in folder.rglob("*") if file.is_file() and file.name != MANIFEST)
 
 
 def pack(folder: Path, target: Path) -> Generator[None, None, None]:

@@ -97,9 +97,9 @@ def _attribute(
 def _owner_of(reply: bytes, recent: Sequence[Exchange], dialect: Dialect) -> Exchange | None:
     """Find the frame that a reply answers; a message comes because of what was done last."""
     is_unasked = dialect.is_unasked(reply)
-    for it in reversed(recent):
-        if not dialect.asks(it.frame) if is_unasked else dialect.answers(reply, it.frame):
-            return it
+    for exchange in reversed(recent):
+        if not dialect.asks(exchange.frame) if is_unasked else dialect.answers(reply, exchange.frame):
+            return exchange
     return recent[-1] if recent else None
 
 

@@ -71,17 +71,17 @@ def _states(at_ns: int, path: str, state: Mapping[str, Any]) -> Iterator[Message
     if (key := _KEYS.get(name)) is None:
         yield at_ns, path, state
         return
-    for it in state[name]:
-        yield at_ns, f"{path}/{it[key]}", it
+    for document in state[name]:
+        yield at_ns, f"{path}/{document[key]}", document
 
 
 def _samples(recording: Recording) -> Iterator[Message]:
     """Give where motors were seen: the axes of one moment together, one without a name as `position`."""
     rows = csv.DictReader(recording.text(SAMPLES).splitlines())
     for (time, body_id, move_id), axes in groupby(
-        rows, lambda it: (it["time"], it["body_id"], it["move_id"])
+        rows, lambda sample: (sample["time"], sample["body_id"], sample["move_id"])
     ):
-        places = {it["axis"] or "position": _number(it["position"]) for it in axes}
+        places = {sample["axis"] or "position": _number(sample["position"]) for sample in axes}
         yield wall_ns(datetime.fromisoformat(time)), f"/samples/{body_id}", {"move_id": move_id, **places}
 
 

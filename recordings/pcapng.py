@@ -42,7 +42,9 @@ def families_of(configuration: Mapping[str, object]) -> dict[str, str]:
     """Tell which family speaks on each line of a configuration."""
     lines = configuration.get("lines")
     tables = lines if isinstance(lines, list) else []
-    return {str(it["id"]): str(it.get("protocol", "rorze")) for it in tables if isinstance(it, dict)}
+    return {
+        str(table["id"]): str(table.get("protocol", "rorze")) for table in tables if isinstance(table, dict)
+    }
 
 
 class _Timed(tuple[int, int, TraceEntry]):
@@ -88,7 +90,7 @@ def _packet(interface: int, entry: TraceEntry) -> bytes:
 
 
 def _options(*options: tuple[int, bytes]) -> bytes:
-    written = b"".join(struct.pack("<HH", code, len(it)) + _padded(it) for code, it in options)
+    written = b"".join(struct.pack("<HH", code, len(value)) + _padded(value) for code, value in options)
     return written + struct.pack("<HH", _END, 0) if options else b""
 
 

@@ -247,7 +247,7 @@ class ExactPort(ReplayPort):
 
     def end(self) -> None:
         """Nothing is left that was written then."""
-        left = next((it for it in self._records[self._next :] if it[1].kind == "tx"), None)
+        left = next((record for record in self._records[self._next :] if record[1].kind == "tx"), None)
         if self.difference is None and left is not None:
             number, entry = left
             self._differs(number, Written(entry.data, entry.caller, entry.request_id), None)
@@ -263,17 +263,19 @@ class MatchingPort(ReplayPort):
     def __init__(self, line: Line, script: LineScript, before: LineScript) -> None:
         super().__init__(line)
         self._script = script
-        self._before = {key: it for it in before.exchanges for key in (_text(it.key), it.key)}
+        self._before = {
+            key: exchange for exchange in before.exchanges for key in (_text(exchange.key), exchange.key)
+        }
         self._written: set[bytes] = set()
         self._addressed: set[bytes] = set()
         self.unanswered: set[bytes] = set()
         self.has_begun = False
         """False while the gateway sets the line up as it was before the recording."""
         exchanges, dialect = script.exchanges, line.dialect
-        self._by_key = _grouped(exchanges, lambda it: it.key)
-        self._by_text = _grouped(exchanges, lambda it: it.key.partition(UNIT)[2])
-        deeds = [it for it in exchanges if self._is_compared(it.frame, it.caller)]
-        self._deeds = _grouped(deeds, lambda it: dialect.target(it.frame))
+        self._by_key = _grouped(exchanges, lambda exchange: exchange.key)
+        self._by_text = _grouped(exchanges, lambda exchange: exchange.key.partition(UNIT)[2])
+        deeds = [exchange for exchange in exchanges if self._is_compared(exchange.frame, exchange.caller)]
+        self._deeds = _grouped(deeds, lambda exchange: dialect.target(exchange.frame))
         self._done: dict[bytes, int] = defaultdict(int)
         """Number of recorded deeds that are done, for each target."""
         self._shift_s: dict[bytes, float] = defaultdict(float)
@@ -347,12 +349,12 @@ class MatchingPort(ReplayPort):
         """The frames before the expected one that are missing now: a difference begins there."""
         before = inf if expected is None else expected.number
         missing = [*self._left(), *filter(self._is_strange, self._script.exchanges)]
-        return [it for it in missing if it.number <= before]
+        return [exchange for exchange in missing if exchange.number <= before]
 
     def _said_again(self, deeds: Sequence[Exchange], done: int, key: bytes) -> int:
         """Count the next stops that were repeated in the recording and are not repeated now."""
         last = deeds[done - 1].key if done else b""
-        again = takewhile(lambda it: it.key != key and self._is_again(it, last), deeds[done:])
+        again = takewhile(lambda deed: deed.key != key and self._is_again(deed, last), deeds[done:])
         return len(list(again))
 
     def _place_of(self, then: Exchange | None) -> tuple[int, Written | None]:
@@ -386,7 +388,7 @@ class MatchingPort(ReplayPort):
     def _left(self) -> Iterator[Exchange]:
         for target, deeds in self._deeds.items():
             last = deeds[self._done[target] - 1].key if self._done[target] else b""
-            left = (it for it in deeds[self._done[target] :] if not self._is_again(it, last))
+            left = (deed for deed in deeds[self._done[target] :] if not self._is_again(deed, last))
             yield from islice(left, 1)
 
     def _is_strange(self, then: Exchange) -> bool:
@@ -416,8 +418,8 @@ def _as_written(exchange: Exchange) -> Written:
 
 def _grouped(exchanges: Sequence[Exchange], key: Callable[[Exchange], bytes]) -> dict[bytes, list[Exchange]]:
     groups: dict[bytes, list[Exchange]] = defaultdict(list)
-    for it in exchanges:
-        groups[key(it)].append(it)
+    for exchange in exchanges:
+        groups[key(exchange)].append(exchange)
     return dict(groups)
 
 

@@ -67,7 +67,7 @@ class Script:
     def __post_init__(self) -> None:
         """Find the beginning: the first record of all."""
         firsts = [records[0][1].monotonic_ns for records in self.records.values() if records]
-        firsts += [it["monotonic_ns"] for it in self.requests[:1]]
+        firsts += [request["monotonic_ns"] for request in self.requests[:1]]
         self.began_ns = min(firsts, default=0)
 
     @classmethod
@@ -76,8 +76,8 @@ class Script:
         manifest = recording.manifest
         return cls(
             manifest,
-            {it: list(recording.entries(line_member(it))) for it in manifest.lines},
-            {it: list(recording.entries(before_member(it))) for it in manifest.lines},
+            {line_id: list(recording.entries(line_member(line_id))) for line_id in manifest.lines},
+            {line_id: list(recording.entries(before_member(line_id))) for line_id in manifest.lines},
             [row for _, row in recording.rows(REQUESTS)],
             exact,
         )
@@ -134,9 +134,11 @@ class Replay:
     @property
     def said(self) -> dict[str, list[TraceEntry]]:
         """The records of the lines of this replay."""
-        recorders = ((it, self.plant.recorders[it]) for it in self._dialects)
+        recorders = ((line_id, self.plant.recorders[line_id]) for line_id in self._dialects)
         return {
-            line_id: [TraceEntry.of(it) for piece in recorder.history.pieces() for it in piece.records()]
+            line_id: [
+                TraceEntry.of(record) for piece in recorder.history.pieces() for record in piece.records()
+            ]
             for line_id, recorder in recorders
         }
 
@@ -170,9 +172,9 @@ class Replay:
             await self.plant.close()
         found = [port.difference for port in self.ports.values() if port.difference is not None]
         unanswered = sorted(
-            {str(it) for port in self.ports.values() for it in getattr(port, "unanswered", ())}
+            {str(frame) for port in self.ports.values() for frame in getattr(port, "unanswered", ())}
         )
-        frames = sum(self.plant.recorders[it].recorded for it in self._dialects)
+        frames = sum(self.plant.recorders[line_id].recorded for line_id in self._dialects)
         return Replayed(found, frames, len(self.script.requests), unanswered)
 
     async def _settle(self) -> None:
@@ -223,7 +225,7 @@ def _clocks() -> tuple[int, int]:
 def _values(operation: Operation, told: Mapping[str, Any]) -> dict[str, Any]:
     """Read the values of a request as the door takes them."""
     values = dict(told)
-    kinds = {name: it.annotation for name, it in operation.parameters.items()}
+    kinds = {name: parameter.annotation for name, parameter in operation.parameters.items()}
     if operation.request_name is not None:
         kinds[operation.request_name] = operation.request
     for name, kind in kinds.items():
@@ -236,7 +238,7 @@ def _values(operation: Operation, told: Mapping[str, Any]) -> dict[str, Any]:
 def _numbers(records: Sequence[Numbered], dialect: Dialect) -> list[int]:
     """The numbers of the fences that were written, in their order."""
     found = (dialect.drawn_number(entry.data, entry.caller) for _, entry in records if entry.kind == "tx")
-    return [it for it in found if it is not None]
+    return [number for number in found if number is not None]
 
 
 class _Dice(random.Random):

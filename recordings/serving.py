@@ -111,7 +111,7 @@ class Playback:
         self._moment = manifest.clocks.at, manifest.clocks.monotonic_ns
         self._first_event = next((int(row["sequence"]) for _, row in recording.rows(EVENTS)), 1)
         told = [*self._of_events(recording), *self._of_states(recording), *self._of_lines(recording)]
-        self._told = sorted(told, key=lambda it: it.at_s)
+        self._told = sorted(told, key=lambda told: told.at_s)
         self._next = 0
         # The gateway may have begun later than what was asked for.
         self._at_s = max(self._told[0].at_s - LEAD_S, 0.0) if self._told else 0.0
@@ -180,9 +180,9 @@ class Playback:
 
     def catch_up(self) -> None:
         """Tell all that has come."""
-        end = bisect_right(self._told, self.now_s, key=lambda it: it.at_s)
-        for it in self._told[self._next : end]:
-            it.tell()
+        end = bisect_right(self._told, self.now_s, key=lambda told: told.at_s)
+        for told in self._told[self._next : end]:
+            told.tell()
         self._next = max(self._next, end)
 
     def _rewind(self) -> None:
@@ -312,7 +312,10 @@ def state_at(states: Mapping[str, Any], path: str) -> Any:
     key, name = _IDS.get(collection, "id"), names[0]
     if len(names) > 1:
         return None
-    return next((it for it in members if name in (it.get(key), str(it.get(key)).rpartition(".")[2])), None)
+    return next(
+        (member for member in members if name in (member.get(key), str(member.get(key)).rpartition(".")[2])),
+        None,
+    )
 
 
 def _problem(status: int, kind: str, detail: str, remedy: str) -> Response:

@@ -92,7 +92,9 @@ class Faults:
         if switch.probability or switch.next_frames:
             self._switches[key] = switch
         self._in_order = {
-            direction: [self._switches[direction, it] for it in Fault if (direction, it) in self._switches]
+            direction: [
+                self._switches[direction, fault] for fault in Fault if (direction, fault) in self._switches
+            ]
             for direction in Direction
         }
 
@@ -122,8 +124,11 @@ class Faults:
         late = self._switches.get((direction, Fault.LATE))
         if late is None or not late.holds_up:
             return flights
-        held = [replace(it, delay_s=max(it.delay_s, self._held_until[direction] - now)) for it in flights]
-        self._held_until[direction] = now + max(it.delay_s for it in held)
+        held = [
+            replace(flight, delay_s=max(flight.delay_s, self._held_until[direction] - now))
+            for flight in flights
+        ]
+        self._held_until[direction] = now + max(flight.delay_s for flight in held)
         return held
 
     def _hits(self, direction: Direction) -> Iterable[tuple[Fault, float]]:

@@ -39,12 +39,12 @@ class Likeness:
 
     def bodies(self) -> list[int]:
         """The body numbers of the line."""
-        return [int(it["id"], 16) for it in self.report["table"]["bodies"]]
+        return [int(body["id"], 16) for body in self.report["table"]["bodies"]]
 
     def layout(self) -> Layout:
         """The units of the robot, all with the axes of the first."""
         units: Sequence[Any] = self.report["table"]["robot"]["units"]
-        return Layout(units=max(it["number"] for it in units), axes="".join(units[0]["axes"]))
+        return Layout(units=max(unit["number"] for unit in units), axes="".join(units[0]["axes"]))
 
     def turn_rc400(self, line: Rc400Line) -> Rc400Line:
         """Let a line be as the report tells."""
@@ -67,9 +67,9 @@ class Likeness:
         return line
 
     def _turn(self, line: Any, quirks: Mapping[str, Callable[[Any], None]]) -> None:
-        for it in self.report["results"]:
-            slug = it["assumption"]
-            if it["result"] in OTHERWISE and slug in quirks and slug not in MEASURED:
+        for result in self.report["results"]:
+            slug = result["assumption"]
+            if result["result"] in OTHERWISE and slug in quirks and slug not in MEASURED:
                 quirks[slug](line)
         for switch in self.faults():
             line.faults.set(switch)
@@ -78,7 +78,7 @@ class Likeness:
         """The faults that make replies late or doubled as often, and by as much, as was measured."""
         times, copies = self.report["measured"]["replies_s"], self.report["measured"]["copies_s"]
         usual = self._usual_s()
-        late = [it > LATE_TIMES * usual + 0.05 for it in times]
+        late = [time_s > LATE_TIMES * usual + 0.05 for time_s in times]
         first = sum(now and not before for before, now in pairwise([False, *late]))
         faults = []
         if first:  # those behind it were held up by it
@@ -95,12 +95,17 @@ class Likeness:
 
     def _right(self, key: str) -> Any:
         """The value of a setting that is right on the line: as proposed, or as the line's table has it."""
-        settings = (it["setting"] for it in self.report["results"] if it["setting"] is not None)
+        settings = (result["setting"] for result in self.report["results"] if result["setting"] is not None)
         table: Any = self.report["table"]
         for part in key.split("."):
             table = table.get(part)
         return next(
-            (it["proposed"] for it in settings if it["key"] == key and it["proposed"] is not None), table
+            (
+                setting["proposed"]
+                for setting in settings
+                if setting["key"] == key and setting["proposed"] is not None
+            ),
+            table,
         )
 
 
