@@ -90,7 +90,7 @@ RORZE: Final = (
         "Bodies are addressed in a form that this link master does not know.",
         "A link master or a body that answers: check power, cable and baud rate.",
         key="introducer",
-        rest="an old link master knows neither groups nor bodies beyond 0F; as a user comment may have a `$`, "
+        rest="an old link master knows neither groups nor bodies beyond 0F; a user comment may have a `$`: "
         "one whose end is lost on the wire takes in the question behind it",
     ),
     Assumption(
