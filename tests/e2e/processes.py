@@ -63,6 +63,14 @@ class Program:
         """True while the program runs."""
         return self._process.exitcode is None
 
+    @property
+    def arguments(self) -> str:
+        """Its arguments and environment, as other programs of the machine read them."""
+        place = Path(f"/proc/{self.pid}")
+        return "".join(
+            (place / name).read_bytes().decode("utf-8", "replace") for name in ("cmdline", "environ")
+        )
+
     def words(self) -> str:
         """The output of the program so far."""
         said = self.log.read_bytes() if self.log.exists() else b""

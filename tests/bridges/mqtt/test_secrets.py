@@ -13,12 +13,6 @@ from tests.e2e.processes import until
 PASSWORD = "s3cret-of-the-broker"  # noqa: S105  # looked for everywhere
 
 
-def arguments_of(pid: int) -> str:
-    """The arguments and the environment of a process, as other programs of the machine read them."""
-    place = Path(f"/proc/{pid}")
-    return "".join((place / name).read_bytes().decode("utf-8", "replace") for name in ("cmdline", "environ"))
-
-
 @pytest.mark.skipif(shutil.which("mosquitto_passwd") is None, reason="there is no mosquitto_passwd here")
 def test_no_secret_is_told_by_any_way(plant: Plant, tmp_path: Path, request: pytest.FixtureRequest) -> None:
     passwords, file, port = tmp_path / "passwords", tmp_path / "password", free_port()
@@ -47,7 +41,7 @@ def test_no_secret_is_told_by_any_way(plant: Plant, tmp_path: Path, request: pyt
             "log": bridge.program.words(),
             "metrics": httpx.get(f"{bridge.listens_at}/metrics").text,
             "status": httpx.get(f"{bridge.listens_at}/status").text,
-            "arguments": arguments_of(bridge.program.pid),
+            "arguments": bridge.program.arguments,
             "kept": "".join(it.read_text() for it in (tmp_path / "bridge-data").iterdir()),
         }
     assert len(client.heard) > 20
