@@ -40,6 +40,23 @@ def test_gateways_bodies_and_alarms_of_all_are_on_one_page(page: Page, plant: Pl
     expect(page.get_by_role("button", name="全停止")).to_be_visible()
 
 
+def test_a_body_is_found_among_3600(page: Page, plant: Plant) -> None:
+    body = page.request.get(f"{plant.process.url}/bodies").json()["bodies"][0]
+    many = [
+        {**body, "body_id": f"stocker{gateway}:line1.{number:02X}", "name": f"lift {gateway}"}
+        for gateway in range(1, 31)
+        for number in range(120)
+    ]
+    page.route("**/bodies", lambda route: route.fulfill(json={"bodies": many}))
+    page.reload()
+    expect(page.locator("#bodies tr")).to_have_count(200)
+    page.fill("#search", "stocker17 line1.3f")
+    expect(page.locator("#bodies tr")).to_have_count(1)
+    expect(page.locator("#bodies td").first).to_have_text("stocker17:line1.3F")
+    page.fill("#search", "stocker30 LIFT")
+    expect(page.locator("#bodies tr")).to_have_count(120)
+
+
 @pytest.mark.prove
 def test_everything_is_stopped_with_one_tap_and_what_is_lost_is_struck_out(page: Page, plant: Plant) -> None:
     expect(page.locator("#bodies tr")).to_have_count(4)
