@@ -4,9 +4,9 @@ import asyncio
 import socket
 import ssl
 from collections import deque
-from collections.abc import Iterator
+from collections.abc import Awaitable, Iterator
 from contextlib import contextmanager
-from typing import Any, Final
+from typing import Any, Final, TypeVar
 
 import aiomqtt
 from paho.mqtt.packettypes import PacketTypes
@@ -15,6 +15,8 @@ from paho.mqtt.properties import Properties
 from bridges.common.settings import secret_in
 from bridges.mqtt.settings import MqttFile
 from bridges.mqtt.topics import STOP
+
+T = TypeVar("T")
 
 JSON: Final = "application/json"
 CLOUD_EVENT: Final = "application/cloudevents+json"
@@ -54,6 +56,14 @@ class TellingClient(aiomqtt.Client):
         if reason_code.is_failure:
             self._reasons[mid] = str(reason_code)
         super()._on_publish(client, userdata, mid, reason_code, properties)
+
+    async def _wait_for(self, fut: Awaitable[T], timeout: float | None) -> T:  # noqa: ASYNC109  # the library's
+        """Wait for an answer of the broker; `asyncio.wait_for` loses a cancellation that comes with it."""
+        try:
+            async with asyncio.timeout(self.timeout if timeout is None else timeout):
+                return await fut
+        except TimeoutError:
+            raise aiomqtt.MqttError("Operation timed out") from None
 
     @contextmanager
     def _pending_call(self, mid: int, value: Any, pending: dict[int, Any]) -> Iterator[None]:
