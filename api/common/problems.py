@@ -17,7 +17,7 @@ from fastapi import FastAPI, Request, Response
 from fastapi.exceptions import RequestValidationError
 from starlette.exceptions import HTTPException
 from starlette.responses import RedirectResponse
-from starlette.routing import BaseRoute, Route
+from starlette.routing import BaseRoute, Route, WebSocketRoute
 from starlette.types import Scope
 
 from api.common.faults import InvalidParts, faults_of
@@ -172,15 +172,22 @@ async def _tell_invalid(request: Request, error: InvalidParts) -> Response:
 
 async def _tell_http_error(request: Request, error: HTTPException) -> Response:
     details = {
-        404: f"There is nothing at {instance_of(request)}{_meant_by(request)}; nothing was sent.",
+        404: f"There is {_nothing(request)} at {instance_of(request)}{_meant_by(request)}; nothing was sent.",
         405: f"{request.scope.get('method')} is not possible at {instance_of(request)}; nothing was sent.",
     }
     detail = details.get(error.status_code, error.detail)
     return _refusal(request, _plain(request, error.status_code, detail), error.headers)
 
 
+def _nothing(request: Request) -> str:
+    return "no WebSocket" if request.scope["type"] == "websocket" else "nothing"
+
+
 def _meant_by(request: Request) -> str:
     """Name the path, the part of one or the command that was meant by an unknown one."""
+    if request.scope["type"] == "websocket":
+        sockets = (route.path for route in request.app.routes if isinstance(route, WebSocketRoute))
+        return f" (there is one at {' and at '.join(sockets)})"
     asked = path_of(request.scope).split("/")
     if whole := _ending_in(request.app.routes, asked[1:]):
         return f" (did you mean {' or '.join(whole)}?)"

@@ -103,6 +103,17 @@ async def test_a_client_that_does_not_read_is_closed_and_can_go_on_later(stand: 
 
 
 @on_stand()
+async def test_a_client_that_opens_a_websocket_elsewhere_is_told_where_there_is_one(stand: Stand) -> None:
+    async with socket(stand, "/events/stream") as client:
+        assert (await client.message())["status"] == 404
+        told = json.loads((await client.message())["body"])["detail"]
+    assert told == (
+        "There is no WebSocket at /events/stream "
+        "(there is one at /events and at /lines/{line_id}/trace/stream); nothing was sent."
+    )
+
+
+@on_stand()
 async def test_what_a_client_says_disturbs_nothing(stand: Stand) -> None:
     async with socket(stand, "/events?types=line.message") as client:
         await client.message()
