@@ -49,7 +49,7 @@ test: $(VENV)/.development $(TYPESCRIPT)/$(PACKAGES) $(CONSOLE)/$(PACKAGES) $(PE
 seeds: $(VENV)/.development ## Run a thousand seeds of the fault simulator for each family, in virtual time
 	$(BIN)/pytest -n 3 -m prove tests/fault_simulator tests/third_family
 
-prove: $(VENV)/.development $(TYPESCRIPT)/$(PACKAGES) $(CONSOLE)/$(PACKAGES) $(PEERS)/$(PACKAGES) chromium peers ## Run the long tests: every seed, kill and page, and the installation
+prove: $(VENV)/.development $(MANUAL) $(TYPESCRIPT)/$(PACKAGES) $(CONSOLE)/$(PACKAGES) $(PEERS)/$(PACKAGES) chromium peers ## Run the long tests: every seed, kill and page, and the installation
 	$(call tested,prove)
 
 fuzz: $(VENV)/.development ## Ask all operations 20,000 times what they take and what they do not

@@ -614,11 +614,11 @@ class Body(Looked):
         """Let no other move begin."""
         self.motion.claim(move)
         self.life.hear(BodyNews.CLAIMED)
-        self.line.is_followed(+1)
+        self.line.followed.add(self.number)
 
     def release(self) -> None:
         """The move is over and recorded: another may begin."""
-        self.line.is_followed(-1)
+        self.line.followed.discard(self.number)
         self.life.hear(BodyNews.OVER)
         self.motion.release()
 

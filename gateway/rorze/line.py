@@ -150,8 +150,8 @@ class Line(LineDriver[RorzeExchange, ReplyFrame | Message, ReplyFrame]):
         """
         self._known_since: dict[int, int] = {}
         """The set-up by which the link master knows each group."""
-        self.followed = 0
-        """Number of its bodies with a move that is not over."""
+        self.followed: set[int] = set()
+        """Its bodies with a move that is not over."""
         self.tells_of_stops = False
         """True if one event has told that its stops are not confirmed, since no body on it answers."""
         self.on_message: Callable[[Message], None] = lambda _: None
@@ -249,10 +249,6 @@ class Line(LineDriver[RorzeExchange, ReplyFrame | Message, ReplyFrame]):
         if self._session.awaits_replies():
             self._session.last_error_at = self._loop.time()
         super()._break_off(reason)
-
-    def is_followed(self, more: int) -> None:
-        """Count the bodies with a move that is not over: `more` than before, or fewer where it is below 0."""
-        self.followed += more
 
     # set-up
 

@@ -172,13 +172,13 @@ class Health:
 def follow_s(line: Line) -> float:
     """The least seconds between questions to a body that has a move."""
     if not is_crowded(line):
-        return line.followed * wire_s(line, POLL_BYTES, 2) / FOLLOW_SHARE
-    return max(CROWD_POLL_S, line.followed * wire_s(line, STATUS_BYTES) / CROWD_SHARE)
+        return len(line.followed) * wire_s(line, POLL_BYTES, 2) / FOLLOW_SHARE
+    return max(CROWD_POLL_S, len(line.followed) * wire_s(line, STATUS_BYTES) / CROWD_SHARE)
 
 
 def is_crowded(line: Line) -> bool:
     """True if too many move to ask each for its position, too, and see its end in time."""
-    return line.followed * wire_s(line, POLL_BYTES, 2) > FOLLOW_SHARE * END_SEEN_S
+    return len(line.followed) * wire_s(line, POLL_BYTES, 2) > FOLLOW_SHARE * END_SEEN_S
 
 
 WORTH = 0.5

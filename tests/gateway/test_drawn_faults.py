@@ -128,7 +128,7 @@ async def a_group_moves(struck: Strike) -> None:
             await it.plant.moves.start(group, SHORT)
             await asyncio.sleep(AGAIN_S)
         await asyncio.sleep(AGAIN_S)
-        assert it.plant.line("line1").followed == 0
+        assert not it.plant.line("line1").followed
         await is_itself(it)
 
 

@@ -239,7 +239,7 @@ async def test_a_move_of_a_group_that_nobody_follows_any_more_ends_once(
         begun = await it.plant.moves.start(it.plant.group("80"), SHORT)
         await asyncio.sleep(AGAIN_S)
         assert sorted(move.status for move in begun) == [MoveStatus.SUCCEEDED, MoveStatus.UNKNOWN]
-        assert it.plant.line("line1").followed == 0
+        assert not it.plant.line("line1").followed
         await is_itself(it)
 
 
