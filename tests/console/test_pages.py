@@ -678,7 +678,7 @@ def test_a_fault_of_one_page_leaves_the_others_and_the_stop(plant: Plant, open_c
     console.page.keyboard.press("Escape")
     console.shows("Everything stands still")
     console.go("#/wire/line1")
-    expect(console.page.locator("tbody tr").first).to_contain_text("the gateway:")
+    expect(console.page.locator("tbody tr").first).to_contain_text("3F")
     console.page.unroute("**/system/posture")
     console.go("#/system")
     console.shows("Everybody is let in here")
@@ -812,10 +812,10 @@ def test_a_setting_is_changed_and_its_difference_to_a_backup_restored(
     with console.page.expect_download(timeout=SCAN_MS):
         console.button("Read and download").click()
     console.button("Read all").click()
-    retries = console.page.get_by_label("homing_retries")
+    retries = console.page.get_by_label("Homing retries")
     retries.fill("3")
     retries.press("Enter")
-    console.shows("Change homing_retries: done.")
+    console.shows("Change Homing retries: done.")
     assert plant.gateway.get("/bodies/01/settings")["settings"]["homing_retries"] == 3
     console.button("Compare").click()
     expect(console.page.get_by_text("1 differ")).to_be_visible(timeout=SCAN_MS)
