@@ -96,7 +96,8 @@ def test_while_the_broker_is_away_the_bridge_does_not_grow_and_the_gateway_keeps
     before_mib, cursor = resident_mib(bridge.program.pid), plant.get("/events?limit=1000")["cursor"]
     for _ in range(EVENTS // 2):
         lease = leased(plant)
-        plant.http.delete(f"/leases/{lease['lease']}", headers={"Lease-Token": str(lease["token"])})
+        token = {"Lease-Token": str(lease["token"])}
+        plant.http.delete(f"/leases/{lease['lease']}", headers=token).raise_for_status()
     assert resident_mib(bridge.program.pid) - before_mib < GROWN_MIB
     broker.start()
     with at(broker) as late:
