@@ -30,7 +30,7 @@ from gateway.core.aside import SWITCH_S
 from gateway.core.errors import GatewayError
 from gateway.core.journal.disk import SqliteDisk
 from gateway.core.journal.opening import OpenedJournal, longest_s, open_journal
-from gateway.core.lease_tokens import LeaseTokens
+from gateway.core.leases import LeaseTokens
 from gateway.core.operation import Operation
 from gateway.core.origin import Origin, acting
 from gateway.core.toml_files import ConfigError

@@ -20,7 +20,7 @@ from gateway.config import Config
 from gateway.config_file import ConfigFile, changes
 from gateway.core import tables
 from gateway.core.addresses import none_such
-from gateway.core.admission import Admission
+from gateway.core.admission import SUSPENDED_S, Admission, LoopWatch
 from gateway.core.alarms import Alarms, Latched
 from gateway.core.backup_record import Reading
 from gateway.core.backups import Backups, Comparisons
@@ -31,11 +31,8 @@ from gateway.core.family import AnyLine, Family, PortInfo, Registered, Site
 from gateway.core.gate import Guard
 from gateway.core.journal.journal import Journal
 from gateway.core.journal.opening import OpenedJournal
-from gateway.core.kept_works import DurableJobs
-from gateway.core.lease_tokens import LeaseTokens
-from gateway.core.leases import End, Lease, Leases, Tokens
+from gateway.core.leases import End, Lease, Leases, LeaseTokens, Tokens
 from gateway.core.line import LineOwnership
-from gateway.core.loop_watch import SUSPENDED_S, LoopWatch
 from gateway.core.move_log import MoveLog
 from gateway.core.move_record import MoveRecord
 from gateway.core.names import Names
@@ -43,6 +40,7 @@ from gateway.core.origin import POLL, Origin, acting
 from gateway.core.parts import Part
 from gateway.core.supervisor import Observers, do_each, do_in_turn, insist, supervise, twice
 from gateway.core.targets import Target
+from gateway.core.works import DurableJobs
 from gateway.families import EXTENSIONS, FAMILIES, registered
 from gateway.figures import Figures
 from gateway.membership import Membership
@@ -56,8 +54,7 @@ from gateway.snapshot import taking
 from gateway.wind_down import SUBJECT, WindDown
 from protocols.wording import as_given
 from transports import Transport, create
-from transports.history import History
-from transports.recorder import Recorded, Recorder
+from transports.recorder import History, Recorded, Recorder
 from transports.trace_file import TraceFile
 
 log = logging.getLogger(__name__)

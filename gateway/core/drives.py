@@ -17,22 +17,20 @@ from gateway.core.controllers import Controllers
 from gateway.core.errors import BodyBusy, GatewayError, NoReply, NotSent, restarted_in_motion
 from gateway.core.event_types import EventType, LeftMoving, lease_types, move_types, news_types
 from gateway.core.events import Event
-from gateway.core.exchange import Exchange
+from gateway.core.exchange import Exchange, Lane
 from gateway.core.family import Site, Watch
+from gateway.core.ids import new_id
 from gateway.core.jogs import Jog, Jogging, JogNews, JogOutOfReach, JogOver, Jogs
 from gateway.core.journal.intents import OF_MOVES
-from gateway.core.lanes import Lane
 from gateway.core.line import LineDriver
 from gateway.core.line_state import LineState
-from gateway.core.move_log import new_id
 from gateway.core.move_record import RESTARTED, START_WITHIN_S, MoveRecord, MoveStatus
-from gateway.core.move_runs import Beginning, MoveRuns
+from gateway.core.move_runs import Beginning, MoveRuns, Silence
 from gateway.core.next_calls import NextCall
 from gateway.core.operation import Rows, taking
 from gateway.core.origin import working
 from gateway.core.records import Record
 from gateway.core.rights import Right
-from gateway.core.silence import Silence
 from gateway.core.stops import (
     CONFIRM_WITHIN_S,
     RECORD_WITHIN_S,

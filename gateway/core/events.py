@@ -19,8 +19,8 @@ from gateway.core.errors import InvalidRequest
 from gateway.core.event_ring import EventRing, KeptEvent
 from gateway.core.live import Live, Watch
 from gateway.core.supervisor import Observers
+from gateway.core.times import happens
 from gateway.core.turns import Turn, Turns
-from gateway.core.waiting import happens
 
 log = logging.getLogger(__name__)
 

@@ -3,16 +3,65 @@
 import asyncio
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Hashable
+from contextvars import ContextVar
 from dataclasses import dataclass, field
-from enum import Enum, auto
+from enum import Enum, IntEnum, auto
 from typing import Any, Generic, NamedTuple, TypeVar
 
-from gateway.core.errors import Expired, GatewayError, NoReply
-from gateway.core.lanes import QUESTIONS, Lane
+from gateway.core.errors import Expired, GatewayError, NoReply, QueueFull
 from gateway.core.origin import Origin, current
-from gateway.core.sequence_lock import Series
 from protocols.members import at_hand
 from protocols.table import Command, Retry
+
+
+@at_hand
+class Lane(IntEnum):
+    """Priority on a line: the lower number goes first."""
+
+    STOP = 0
+    VERIFY = 1
+    """Questions a motor waits for: whether a stop has worked, and what is to be known before a move."""
+    COMMAND = 2
+    STOP_REPEAT = 3
+    """Stops repeated to a body that has not answered the last one and may be dead."""
+    READ = 4
+    BACKGROUND = 5
+    """Questions of the gateway itself: health, and whether a motor still runs."""
+
+
+STOPS = (Lane.STOP, Lane.STOP_REPEAT)
+QUESTIONS = (Lane.READ, Lane.VERIFY, Lane.BACKGROUND)
+IMPATIENT = (Lane.COMMAND, Lane.READ, Lane.BACKGROUND)
+"""Lanes whose exchanges expire; each gets a turn before that."""
+
+QUEUE_LIMIT = 64
+"""Exchanges that may wait for one body, or robot, in one lane."""
+
+
+def require_room(waiting: int, waits_for: str) -> None:
+    """Turn away what would wait too long.
+
+    :raises QueueFull: as many as may wait do so already.
+    """
+    if waiting >= QUEUE_LIMIT:
+        raise QueueFull(
+            f"{QUEUE_LIMIT} requests wait for this {waits_for} already; nothing was sent.", "Try again later."
+        )
+
+
+class Series:
+    """The frames of a holder of one or more sequence locks. A stop ends it: the rest is not written."""
+
+    def __init__(self) -> None:
+        self.epochs: dict[int, int] = {}
+        """The epochs of its targets at its beginning, where it has to end with them."""
+
+
+SERIES: ContextVar[Series | None] = ContextVar("series", default=None)
+
+current_series = SERIES.get
+"""The series that a lock is held for here and now."""
+
 
 C = TypeVar("C", bound=Command[Any])
 """A family's commands."""

@@ -15,7 +15,6 @@ from gateway.core.alarms import Cause
 from gateway.core.errors import NotFound
 from gateway.core.event_types import EventType
 from gateway.core.events import EventHub
-from gateway.core.kept_works import DurableJobs
 from gateway.core.known import FactStore
 from gateway.core.line import LineDriver
 from gateway.core.line_state import LineState
@@ -26,6 +25,7 @@ from gateway.core.parts import Part
 from gateway.core.records import Record
 from gateway.core.stops import Report, StopMode
 from gateway.core.targets import Stopped, Target
+from gateway.core.works import DurableJobs
 from gateway.texts import text
 from protocols.table import Command
 from transports.base import Transport

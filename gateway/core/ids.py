@@ -1,6 +1,7 @@
 """Digits for unique ids. They are no secrets: to know one permits nothing."""
 
 import os
+from datetime import datetime
 from random import Random
 from secrets import randbits
 from typing import Final
@@ -34,3 +35,8 @@ _BY_TIME: Final = _ByTime()
 sorted_by_time: Final = _BY_TIME.draw
 """Draws an id for a time of the wall clock, in milliseconds: ids sort by it."""
 go_on_after: Final = _BY_TIME.go_on_after
+
+
+def new_id(now: datetime) -> str:
+    """Draw an id for something that begins now."""
+    return sorted_by_time(int(now.timestamp() * 1000))

@@ -15,7 +15,6 @@ from math import inf
 from typing import Any, Generic, Protocol, TypeVar, cast
 
 from gateway.core.admission import Admission
-from gateway.core.echo import ECHOING, PAUSE_S, EchoPauses
 from gateway.core.errors import (
     Cancelled,
     GatewayError,
@@ -25,19 +24,19 @@ from gateway.core.errors import (
     PortNotOpen,
     StoppedFirst,
 )
-from gateway.core.exchange import F, X
+from gateway.core.exchange import F, Lane, Series, X
+from gateway.core.false_replies import ECHOING, PAUSE_S, EchoPauses
 from gateway.core.journal.intents import Intents
-from gateway.core.lanes import Lane
 from gateway.core.line_state import LineState, PortAction, PortLife, PortNews, PortState
 from gateway.core.origin import ORIGIN, PROBE, SET_UP, acting, current
-from gateway.core.sequence_lock import SequenceLock, Series, all_held
+from gateway.core.sequence_lock import SequenceLock, all_held
 from gateway.core.session import Session
 from gateway.core.supervisor import do_each, supervise
-from gateway.core.trace_filter import FrameSubject
 from protocols.lines import Garbage
 from protocols.table import Effect
 from transports.base import Transport, TransportError, TransportLost, TransportRefused
 from transports.recorder import Recorder
+from transports.trace import FrameSubject
 
 log = logging.getLogger(__name__)
 
@@ -467,6 +466,8 @@ class LineDriver(PortLoop, Generic[X, W, F]):
         """Time at which replies last came out of order."""
         self.gate = session.gate
         """Guards that every frame has to pass."""
+        self._locks: dict[int, SequenceLock] = {}
+        """Sequence locks of targets."""
         self._new_reader = reader
         self._reader = reader()
         self.intents: Intents[X] | None = None
@@ -523,8 +524,11 @@ class LineDriver(PortLoop, Generic[X, W, F]):
 
     def lock_of(self, target: int) -> SequenceLock:
         """The lock of a target, for series of commands that nothing but stops may divide."""
-        lock = self._session.sequence_lock(target)
-        lock.on_free = self._pump
+        lock = self._locks.get(target)
+        if lock is None:
+            scheduler = self._session.scheduler
+            lock = self._locks[target] = SequenceLock(scheduler.waits_for, target, scheduler.holders)
+            lock.on_free = self._pump
         return lock
 
     @asynccontextmanager

@@ -14,17 +14,14 @@ from enum import Enum, auto
 from functools import partial
 from typing import Any, ClassVar, Generic, NamedTuple
 
-from gateway.core.copies import Copies
-from gateway.core.echo import Echo
 from gateway.core.errors import Cancelled, GarbledReply, GatewayError, NoReply, Overtaking
-from gateway.core.exchange import Exchange, F, More, Proof, X
+from gateway.core.exchange import IMPATIENT, STOPS, Exchange, F, Lane, More, Proof, X, current_series
+from gateway.core.false_replies import Copies, Echo
 from gateway.core.fence import FENCE_TRIES, Action, Fence, FenceEvent, State
 from gateway.core.gate import Gate
-from gateway.core.lanes import IMPATIENT, STOPS, Lane
 from gateway.core.load import Load
 from gateway.core.origin import FENCE
 from gateway.core.scheduler import Scheduler, is_abandoned
-from gateway.core.sequence_lock import SequenceLock, current_series
 from protocols.lines import Garbage
 from protocols.members import at_hand
 
@@ -238,7 +235,7 @@ class Session(ABC, Generic[X, F]):
     def epoch(self, target: int) -> int:
         """The epoch of what is asked here and now: a series has those of its beginning."""
         now = self.gate.epoch(target)
-        series = current_series() if self.scheduler.locks else None
+        series = current_series() if self.scheduler.holders else None
         return now if series is None else series.epochs.get(target, now)
 
     def submit(self, exchange: X) -> X:
@@ -249,7 +246,7 @@ class Session(ABC, Generic[X, F]):
         if exchange.lane is Lane.COMMAND and self.gate.is_overtaken(exchange):
             exchange.settle(self.gate.overtaken(exchange.target))
             return exchange
-        if self.scheduler.locks and exchange.lane in IMPATIENT:
+        if self.scheduler.holders and exchange.lane in IMPATIENT:
             exchange.series = current_series()
         queued = self.scheduler.submit(exchange)
         if exchange.lane is Lane.STOP and queued is exchange:
@@ -266,10 +263,6 @@ class Session(ABC, Generic[X, F]):
         """Number of exchanges of a lane that wait to be written."""
         urgent = sum(first.lane is lane for first in self.scheduler.first) if self.scheduler.first else 0
         return urgent + self.scheduler.waiting(lane)
-
-    def sequence_lock(self, target: int) -> SequenceLock:
-        """The lock of a target, for series of commands that nothing but stops may divide."""
-        return self.scheduler.lock(target)
 
     def has_something(self) -> bool:
         """Say whether anything could go; asked first, because it costs less than asking the port."""

@@ -7,12 +7,11 @@ from typing import Annotated, Any, Final, Literal, NamedTuple, Self
 
 from pydantic import Field, model_validator
 
-from gateway.core.backup_record import Backup, BackupComparison
+from gateway.core.backup_record import Backup, BackupComparison, Restore, RestorePlan
 from gateway.core.backups import BackupSource
 from gateway.core.errors import InvalidRequest, NotFound
 from gateway.core.operation import Rows, Run
 from gateway.core.records import RequestModel
-from gateway.core.restore_record import Restore, RestorePlan
 from gateway.core.restores import RestoredController, Restores
 from gateway.core.rights import Right
 from gateway.core.works import Jobs

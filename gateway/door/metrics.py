@@ -22,8 +22,8 @@ from prometheus_client.core import (
 from prometheus_client.registry import Collector
 
 from gateway.core.aside import aside
-from gateway.core.histogram import Histogram
 from gateway.core.line_state import LineState
+from gateway.core.load import Histogram
 from gateway.core.origin import Work
 from gateway.door.traffic import CLIENTS, Traffic
 from gateway.figures import OUTCOMES

@@ -16,7 +16,7 @@ from gateway.config import Config, Server
 from gateway.config_file import ConfigFile
 from gateway.core.errors import InvalidRequest, NotFound
 from gateway.core.journal.opening import open_journal
-from gateway.core.lease_tokens import LeaseTokens
+from gateway.core.leases import LeaseTokens
 from gateway.core.operation import Operation, PlainText, Written, adapter_of
 from gateway.core.origin import Origin, acting, new_request_id
 from gateway.core.rights import Right

@@ -11,11 +11,10 @@ from gateway.core.aside import aside
 from gateway.core.errors import InvalidRequest
 from gateway.core.operation import Rows, Written
 from gateway.core.rights import Right
-from gateway.core.trace_filter import TraceFilter
 from gateway.door.caller import require
 from gateway.door.names import LineId
 from gateway.plant import Plant
-from transports.trace import Record, TraceEntry, wall_ns
+from transports.trace import Record, TraceEntry, TraceFilter, wall_ns
 
 ROWS: Final = Rows("lines")
 MAX_TRACE_ENTRIES: Final = 10_000

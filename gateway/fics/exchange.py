@@ -5,9 +5,8 @@ from dataclasses import dataclass, field
 from typing import Any, Final, NamedTuple
 
 from gateway.core.errors import GatewayError
-from gateway.core.exchange import Exchange, More, RememberedReply, remedy_of
+from gateway.core.exchange import Exchange, Lane, More, RememberedReply, remedy_of
 from gateway.core.exchange import Proof as Proof
-from gateway.core.lanes import Lane
 from protocols.fics.alarms import TakeCurrentError
 from protocols.fics.link import Completion, FicsRefusal, QueryAnswer, SystemFailure, credit, line_of
 from protocols.fics.motor_axes import GetMotorPosition

@@ -7,8 +7,8 @@ from functools import partial
 from typing import Literal
 
 from gateway.core.errors import ControllerRefused, GatewayError, NoReply
+from gateway.core.exchange import Lane
 from gateway.core.jogs import START_WITHIN_S, Jog, Jogging, JogNews, JogOutOfReach, JogOver, Jogs
-from gateway.core.lanes import Lane
 from gateway.core.supervisor import insist
 from gateway.fics.axes import Places, Tell, at_rest, unit_of
 from gateway.fics.conversation import Accepted, Conversation

@@ -9,8 +9,7 @@ from functools import partial
 from typing import Any
 
 from gateway.core.errors import Cancelled, Expired, GarbledReply, GatewayError, NoReply, NotSent, QueueFull
-from gateway.core.exchange import Proof
-from gateway.core.lanes import Lane
+from gateway.core.exchange import Lane, Proof
 from gateway.core.line import LineDriver
 from gateway.core.line_state import LineState
 from gateway.core.origin import SET_UP as SET_UP_ORIGIN

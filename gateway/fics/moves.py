@@ -19,15 +19,14 @@ from gateway.core.errors import (
     restarted_in_motion,
 )
 from gateway.core.events import Event
+from gateway.core.exchange import Lane
+from gateway.core.ids import new_id
 from gateway.core.journal.intents import OF_MOVES
-from gateway.core.lanes import Lane
-from gateway.core.move_log import new_id
 from gateway.core.move_record import RESTARTED, START_WITHIN_S, MoveStatus
-from gateway.core.move_runs import MoveRuns, until_answered
+from gateway.core.move_runs import MoveRuns, Silence, until_answered
 from gateway.core.next_calls import NextCall
 from gateway.core.origin import working
 from gateway.core.preparation import in_time
-from gateway.core.silence import Silence
 from gateway.core.trajectories import Trajectories
 from gateway.core.verdicts import (
     AXES,

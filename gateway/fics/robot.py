@@ -9,8 +9,8 @@ from pydantic import Field
 
 from gateway.core.controllers import Controllers
 from gateway.core.errors import InvalidRequest
+from gateway.core.exchange import Lane
 from gateway.core.jogs import JogNews
-from gateway.core.lanes import Lane
 from gateway.core.records import Record
 from gateway.core.restores import Restores
 from gateway.core.stops import StopMode

@@ -12,9 +12,8 @@ from math import inf
 from typing import Any
 
 from gateway.core.errors import Cancelled, GatewayError, NoReply, StoppedFirst
-from gateway.core.exchange import RememberedReply
+from gateway.core.exchange import Lane, RememberedReply
 from gateway.core.fence import FENCE_TRIES
-from gateway.core.lanes import Lane
 from gateway.core.session import READ_REPEATS, Awaited, Session
 from gateway.fics.errors import NotProved, RobotOffline
 from gateway.fics.exchange import ROBOT, SET_UP, FicsExchange, ReplyFrame, RobotAnswered

@@ -4,11 +4,10 @@ import asyncio
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 
+from gateway.core.backup_record import ScaleDifference
 from gateway.core.errors import BodyBusy, ControllerRefused, GatewayError, NoReply
-from gateway.core.lanes import Lane
-from gateway.core.restore_record import ScaleDifference
+from gateway.core.exchange import Lane, Series
 from gateway.core.restores import Comparison, ComparisonListener, Watcher
-from gateway.core.sequence_lock import Series
 from gateway.rorze import backup
 from gateway.rorze.asked_body import is_mark
 from gateway.rorze.backup import Contents

@@ -9,7 +9,7 @@ from math import inf
 from typing import Any, Final, TypeVar, cast
 
 from gateway.core.errors import BodyBusy, ControllerRefused, GatewayError, InvalidRequest, NoReply
-from gateway.core.lanes import Lane
+from gateway.core.exchange import Lane
 from gateway.core.move_record import CountedIn, Move, MoveStatus
 from gateway.core.targets import Looked
 from gateway.core.trajectories import Trajectory

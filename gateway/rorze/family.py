@@ -10,7 +10,7 @@ from pydantic import Field
 
 from gateway.core.addresses import fits, none_such
 from gateway.core.alarms import Cause
-from gateway.core.backup_record import Reading
+from gateway.core.backup_record import Reading, Restore
 from gateway.core.errors import Ambiguous, InvalidRequest, NotFound
 from gateway.core.events import Event
 from gateway.core.family import (
@@ -26,19 +26,17 @@ from gateway.core.family import (
     why_it_moves,
 )
 from gateway.core.jogs import JogNews
-from gateway.core.kept_works import DurableJobs
 from gateway.core.move_log import MoveLog
 from gateway.core.move_record import RESTARTED, Move, MoveStatus
 from gateway.core.operation import DocumentSection, RouteWords
 from gateway.core.origin import RESTART, acting
-from gateway.core.parts import Part
-from gateway.core.restore_record import Restore
+from gateway.core.parts import Part, numbered_address
 from gateway.core.restores import Restores
 from gateway.core.sampler import Sampler
-from gateway.core.spelling import numbered_address
 from gateway.core.stops import StopMode
 from gateway.core.supervisor import do_each, do_in_turn
 from gateway.core.targets import Stopped, Target, stopped
+from gateway.core.works import DurableJobs
 from gateway.rorze import (
     captures,
     config,

@@ -10,13 +10,12 @@ from contextlib import AbstractContextManager, contextmanager
 from typing import Any
 
 from gateway.core.errors import BodyOffline, GarbledReply, GatewayError, NoReply
-from gateway.core.lanes import STOPS, Lane
+from gateway.core.exchange import STOPS, Lane
 from gateway.core.line import LineDriver
 from gateway.core.line_state import LineState as LineState
 from gateway.core.line_state import PortNews
 from gateway.core.origin import PROBE, SET_UP, acting
-from gateway.core.trace_filter import FrameSubject
-from gateway.core.waiting import happens
+from gateway.core.times import happens
 from gateway.rorze.errors import refused
 from gateway.rorze.exchange import Answered, Outcome, ReplyFrame, RorzeExchange
 from gateway.rorze.session import Presence, RorzeSession
@@ -31,6 +30,7 @@ from protocols.rorze.link_master import IdentifyControllers, SetGroup, SetReplyF
 from protocols.rorze.row import LINK_MASTER, RorzeCommand
 from protocols.table import Effect
 from transports.base import Transport
+from transports.trace import FrameSubject
 
 log = logging.getLogger(__name__)
 

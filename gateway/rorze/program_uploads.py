@@ -20,12 +20,10 @@ from gateway.core.errors import (
     PowerCycled,
     StoppedFirst,
 )
-from gateway.core.kept_works import DurableJobs
-from gateway.core.lanes import Lane
-from gateway.core.move_log import new_id
+from gateway.core.exchange import Lane, Series
+from gateway.core.ids import new_id
 from gateway.core.records import Record, request_id_field
-from gateway.core.sequence_lock import Series
-from gateway.core.works import GATEWAY_ENDED, CutOff
+from gateway.core.works import GATEWAY_ENDED, CutOff, DurableJobs
 from gateway.rorze.asked_body import closely
 from gateway.rorze.bodies import Body
 from gateway.rorze.errors import ProgramDiffers, SaveUncertain

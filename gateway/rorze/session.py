@@ -9,8 +9,7 @@ from math import inf
 from typing import Any
 
 from gateway.core.errors import BodyOffline, Cancelled, NoReply
-from gateway.core.exchange import RememberedReply
-from gateway.core.lanes import STOPS, Lane
+from gateway.core.exchange import STOPS, Lane, RememberedReply
 from gateway.core.session import READ_REPEATS as READ_REPEATS
 from gateway.core.session import Awaited, Session, Settle
 from gateway.rorze.errors import is_evasive

@@ -11,8 +11,8 @@ import pytest
 
 from api.app import create_app
 from gateway.access.principal import EVERYBODY, asking
+from gateway.core.admission import BEAT_S, HELD_S
 from gateway.core.errors import GatewayError
-from gateway.core.loop_watch import BEAT_S, HELD_S
 from gateway.core.move_record import MoveStatus
 from gateway.core.origin import Origin
 from gateway.core.targets import AnyCommand

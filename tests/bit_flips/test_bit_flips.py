@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from gateway.core.lanes import Lane
+from gateway.core.exchange import Lane
 from gateway.rorze.exchange import ReplyFrame
 from gateway.rorze.session import RorzeSession
 from protocols.fics.commands import ROWS

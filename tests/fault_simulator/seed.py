@@ -19,7 +19,7 @@ from gateway.access.principal import EVERYBODY, asking
 from gateway.core import ids
 from gateway.core.errors import GatewayError, NotFound
 from gateway.core.events import Event
-from gateway.core.lanes import QUEUE_LIMIT, STOPS
+from gateway.core.exchange import QUEUE_LIMIT, STOPS
 from gateway.core.line_state import LineState
 from gateway.core.origin import Origin
 from gateway.core.targets import BegunMoves, CommandReplies, MemberAnswers

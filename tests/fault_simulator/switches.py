@@ -11,15 +11,14 @@ from typing import Any, NamedTuple
 import pytest
 
 from gateway.core.admission import Admission
-from gateway.core.copies import Copies
 from gateway.core.errors import GatewayError, NoReply, NotSent
 from gateway.core.events import EventHub
-from gateway.core.exchange import Exchange
+from gateway.core.exchange import Exchange, Lane
+from gateway.core.false_replies import Copies
 from gateway.core.gate import Gate
-from gateway.core.journal import beginning, intents
+from gateway.core.journal import intents, opening
 from gateway.core.journal.intents import Intents
 from gateway.core.journal.journal import Writer
-from gateway.core.lanes import Lane
 from gateway.core.line import LineDriver
 from gateway.core.move_record import Move, MoveStatus
 from gateway.core.origin import Origin, acting
@@ -157,7 +156,7 @@ def a_crash_looks_clean(patch: Patch) -> None:
         epoch = list(found.earlier)[-1] if found.earlier else found.epoch
         return found._replace(was_clean=True, epoch=epoch)
 
-    begun = beginning.begin
+    begun = opening.begin
     patch.setattr("tests.fault_simulator.world.begin", begin)
 
 
@@ -171,7 +170,7 @@ def numbers_begin_anew(patch: Patch) -> None:
 
 
 def records_alone_tell_what_was_sent(patch: Patch) -> None:
-    patch.setattr(beginning, "_begun", lambda _: ())
+    patch.setattr(opening, "_begun", lambda _: ())
 
 
 def a_restart_sends_again(patch: Patch) -> None:

@@ -11,12 +11,12 @@ import pytest
 from gateway.causes import causes_of
 from gateway.config import parse
 from gateway.core.alarms import Alarm, AlarmLasts, Latched
+from gateway.core.backup_record import Restore
 from gateway.core.errors import ControllerRefused
+from gateway.core.exchange import Lane
 from gateway.core.journal.disk import NotWritable
-from gateway.core.lanes import Lane
 from gateway.core.move_record import MoveStatus
 from gateway.core.origin import Origin
-from gateway.core.restore_record import Restore
 from gateway.core.rights import RIGHT_OF, Right
 from gateway.door.alarms import listed
 from gateway.door.doing import do

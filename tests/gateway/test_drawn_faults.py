@@ -14,9 +14,9 @@ import pytest
 
 from gateway.access.principal import EVERYBODY, asking
 from gateway.config import Config, parse
+from gateway.core.admission import SUSPENDED_S
 from gateway.core.family import Extension
 from gateway.core.leases import Holder
-from gateway.core.loop_watch import SUSPENDED_S
 from gateway.core.move_record import MoveStatus
 from gateway.core.origin import Claim, Origin
 from gateway.core.parts import Part

@@ -7,14 +7,13 @@ import pytest
 
 from gateway.access.territory import Territory
 from gateway.config import parse
-from gateway.core.admission import Admission
+from gateway.core.admission import SUSPENDED_S, Admission
 from gateway.core.alarms import Alarms
 from gateway.core.events import EventHub
 from gateway.core.gate import Gate
 from gateway.core.leases import Holder, Leases
 from gateway.core.line import LineDriver
 from gateway.core.load import Load
-from gateway.core.loop_watch import SUSPENDED_S
 from gateway.core.move_record import MoveStatus
 from gateway.core.origin import Claim, Origin
 from gateway.core.parts import Part

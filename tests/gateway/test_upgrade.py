@@ -22,7 +22,7 @@ from gateway.config import parse
 from gateway.core.alarms import Alarm
 from gateway.core.journal.opening import open_journal
 from gateway.core.journal.schema import MIGRATIONS, VERSION
-from gateway.core.kept_works import DurableJobs
+from gateway.core.works import DurableJobs
 from gateway.families import registered
 from gateway.memory import make_sense
 from tests.tested_plant import TestedPlant

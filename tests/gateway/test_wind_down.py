@@ -9,7 +9,7 @@ from gateway.core.errors import GatewayEnding, GatewayError
 from gateway.core.family import ENDS_ITSELF, NOT_OURS
 from gateway.core.jogs import JogOver
 from gateway.core.move_record import MoveStatus
-from gateway.core.silence import OUT_OF_REACH_S
+from gateway.core.move_runs import OUT_OF_REACH_S
 from gateway.fics.errors import UploadBrokenOff
 from gateway.texts import text
 from gateway.wind_down import HURRY_S, WIND_DOWN_S

@@ -14,9 +14,9 @@ from typing import Any
 
 import pytest
 
-from gateway.core.copies import Copies
 from gateway.core.errors import NotSent
-from gateway.core.lanes import STOPS
+from gateway.core.exchange import STOPS
+from gateway.core.false_replies import Copies
 from gateway.rorze.exchange import Answered, Outcome, ReplyFrame, RorzeExchange
 from gateway.rorze.line import Line, LineState, lane_of
 from gateway.rorze.session import RorzeSession

@@ -6,8 +6,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from gateway.core.errors import GatewayError
-from gateway.core.exchange import Exchange, RememberedReply
-from gateway.core.lanes import STOPS, Lane
+from gateway.core.exchange import STOPS, Exchange, Lane, RememberedReply
 from gateway.core.line import LineDriver
 from gateway.core.session import READ_REPEATS, Session
 from protocols.table import Reply, WireFault

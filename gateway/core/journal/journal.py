@@ -16,8 +16,7 @@ from gateway.core.drawn import Transition
 from gateway.core.errors import NotSent
 from gateway.core.journal import writes
 from gateway.core.journal.disk import Disk, DiskFailed, NotWritable
-from gateway.core.journal.retention import Retention, forget
-from gateway.core.journal.writes import Value, Write
+from gateway.core.journal.writes import Retention, Value, Write, forget
 
 log = logging.getLogger(__name__)
 

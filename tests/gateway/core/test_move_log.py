@@ -7,7 +7,8 @@ from datetime import UTC, datetime, timedelta
 import pytest
 
 from gateway.core.errors import BodyBusy, NotFound
-from gateway.core.move_log import HISTORY, MoveLog, new_id
+from gateway.core.ids import new_id
+from gateway.core.move_log import HISTORY, MoveLog
 from gateway.core.move_record import MoveError, MoveRecord, MoveStatus
 from tests.gateway.rorze.far_end import virtual
 

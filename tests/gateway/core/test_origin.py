@@ -5,7 +5,7 @@ from typing import Any
 
 import pytest
 
-from gateway.core.lanes import Lane
+from gateway.core.exchange import Lane
 from gateway.core.origin import FENCE, GATEWAY, POLL, PROBE, SET_UP, Origin, acting, current
 from gateway.fics.session import FicsSession
 from gateway.rorze.session import RorzeSession

@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from gateway.core.errors import Expired, QueueFull, StoppedFirst
-from gateway.core.lanes import QUEUE_LIMIT, Lane
+from gateway.core.exchange import QUEUE_LIMIT, Lane
 from gateway.core.sequence_lock import SequenceLock
 from gateway.fics.exchange import RobotAnswered as RobotAnswered
 from gateway.rorze.exchange import Answered

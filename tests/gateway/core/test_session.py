@@ -8,9 +8,8 @@ from typing import Any, NamedTuple
 import pytest
 
 from gateway.core.errors import Cancelled, GatewayError, NoReply, StoppedFirst
-from gateway.core.exchange import Exchange, RememberedReply
+from gateway.core.exchange import Exchange, Lane, RememberedReply
 from gateway.core.fence import FENCE_TRIES
-from gateway.core.lanes import Lane
 from gateway.core.session import READ_REPEATS, Session
 from protocols.table import Command, Effect, Reply, Retry
 from tests.virtual_time import VirtualLoop

@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from gateway.core.errors import BodyBusy, GatewayError, InvalidRequest, NotAllowed, NotFound
-from gateway.core.lanes import Lane
+from gateway.core.exchange import Lane
 from gateway.core.origin import Origin, current
 from gateway.core.targets import BegunMoves, CommandReplies, MemberAnswers, Opened, Stopped
 from gateway.door.doing import do, read_text

@@ -8,9 +8,9 @@ from pathlib import Path
 import pytest
 from pydantic import ValidationError
 
+from gateway.core.backup_record import Restore
 from gateway.core.errors import InvalidRequest, NotFound
 from gateway.core.events import Event
-from gateway.core.restore_record import Restore
 from gateway.door import backups
 from gateway.door.nightly import Nightly
 from gateway.fics.door.backups import RobotComparisonRequest, compare_robot

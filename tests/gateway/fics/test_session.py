@@ -8,7 +8,7 @@ from typing import ClassVar
 import pytest
 
 from gateway.core.errors import Cancelled, Expired, GarbledReply, HeldUp, NoReply, StoppedFirst
-from gateway.core.lanes import Lane
+from gateway.core.exchange import Lane
 from gateway.fics.errors import NotProved
 from gateway.fics.exchange import ROBOT, SET_UP, FicsExchange, Outcome, Proof, RobotAnswered
 from gateway.fics.session import FENCES, FicsSession, offline_error

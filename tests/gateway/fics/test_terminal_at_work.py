@@ -6,8 +6,8 @@ from typing import Any
 import pytest
 
 from gateway.core.errors import ControllerRefused
+from gateway.core.exchange import Lane
 from gateway.core.jogs import START_WITHIN_S
-from gateway.core.lanes import Lane
 from gateway.fics.session import QUICK_S
 from gateway.fics.watch import HEALTH_POLL_S
 from protocols.fics.moves import MoveRelative

@@ -3,7 +3,7 @@
 import asyncio
 from typing import Any
 
-from gateway.core.lanes import Lane
+from gateway.core.exchange import Lane
 from gateway.rorze.exchange import Outcome, RorzeExchange
 from gateway.rorze.line import lane_of
 from protocols.rorze.link import encode

@@ -18,8 +18,8 @@ from gateway.core.errors import (
     PortNotOpen,
     QueueFull,
 )
+from gateway.core.exchange import QUEUE_LIMIT, Lane
 from gateway.core.fence import FENCE_TRIES
-from gateway.core.lanes import QUEUE_LIMIT, Lane
 from gateway.core.line import ORDER_TOLD_S, REOPEN_S, SILENCE_S
 from gateway.core.scheduler import TURN_S, Scheduler
 from gateway.rorze.exchange import Answered, Outcome, RorzeExchange

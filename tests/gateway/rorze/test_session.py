@@ -15,8 +15,8 @@ from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, pr
 from pydantic import ValidationError
 
 from gateway.core.errors import BodyOffline, Cancelled, Expired, GarbledReply, HeldUp, NoReply
+from gateway.core.exchange import Lane
 from gateway.core.fence import FENCE_TRIES
-from gateway.core.lanes import Lane
 from gateway.rorze.exchange import Answered, Outcome, ReplyFrame, RorzeExchange
 from gateway.rorze.line import lane_of
 from gateway.rorze.session import (

@@ -4,9 +4,9 @@ import asyncio
 
 import pytest
 
+from gateway.core.admission import DOUBT_S, SUSPENDED_S
 from gateway.core.errors import GatewayError, HeldUp
 from gateway.core.jogs import JogOver
-from gateway.core.loop_watch import DOUBT_S, SUSPENDED_S
 from gateway.core.move_record import MoveStatus
 from gateway.fics.errors import UploadBrokenOff
 from gateway.rorze.knowledge import MotorState
