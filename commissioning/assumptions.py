@@ -267,7 +267,7 @@ FICS: Final = (
         "upload-end",
         "fics",
         "POF 2 without an upload is refused with E08.",
-        "`NO_UPLOAD` in `gateway/fics/upload_state.py`",
+        "`NO_UPLOAD` in `gateway/fics/session.py`",
         "POF 2 is sent where no upload is open.",
         "The gateway cannot tell whether an upload was left open.",
         "`--allow settings`, and an answer for the robot.",

@@ -21,8 +21,8 @@ from pydantic import Field
 from gateway.core.aside import aside
 from gateway.core.errors import NotFound
 from gateway.core.events import Event, EventHub
-from gateway.core.ids import hex_digits
 from gateway.core.journal.writes import Value
+from gateway.core.origin import hex_digits
 from gateway.core.records import Record, request_id_field
 from gateway.core.times import happens
 from gateway.core.works import CutOff, Jobs

@@ -68,6 +68,11 @@ class LoopWatch:
         late_s = now - self._beat_at
         return self._held_s + (late_s if late_s > LATE_BEAT_S else 0.0)
 
+    def check_and_measure(self, now: float) -> float:
+        """Notice a suspension now, and give what `held_s` does."""
+        self.check()
+        return self.held_s(now)
+
     def check(self) -> None:
         """Notice a suspension now: what is called first after it checks, before the next beat comes."""
         now = self._clock()
@@ -101,11 +106,13 @@ class Admission:
     """Asked before whatever moves or changes something; reads and stops go without."""
 
     def __init__(self, watch: LoopWatch | None = None) -> None:
-        self._watch = watch or LoopWatch()
+        self.watch = watch or LoopWatch()
         self._ended = False
-        self.revise = self._watch.check
+        self.revise = self.watch.check
         """See that nothing is written that was admitted before a suspension."""
-        self.held_s = self._watch.held_s
+        self.revised = self.watch.check_and_measure
+        """Do that, and give what `held_s` does."""
+        self.held_s = self.watch.held_s
         """Seconds for which the event loop was held until now: in them no reply counts as late."""
 
     def require(self) -> None:
@@ -116,7 +123,7 @@ class Admission:
         """
         if self._ended:
             raise GatewayEnding
-        if self._watch.in_doubt():
+        if self.watch.in_doubt():
             raise HeldUp
 
     def end(self) -> None:

@@ -9,7 +9,7 @@ from typing import NamedTuple, Protocol, TypeVar
 
 from gateway.core.backup_record import Backup, BackupComparison, Difference, differing
 from gateway.core.errors import InvalidText, Misplaced
-from gateway.core.ids import new_id
+from gateway.core.origin import new_id
 from gateway.core.readings import ProgressListener, Readings
 from gateway.core.restores import RestoredController, Restores, answers_of, baud_of, scales_of
 from gateway.core.works import left_s

@@ -19,7 +19,6 @@ from gateway.core.event_types import EventType, LeftMoving, lease_types, move_ty
 from gateway.core.events import Event
 from gateway.core.exchange import Exchange, Lane
 from gateway.core.family import Site, Watch
-from gateway.core.ids import new_id
 from gateway.core.jogs import Jog, Jogging, JogNews, JogOutOfReach, JogOver, Jogs
 from gateway.core.journal.intents import OF_MOVES
 from gateway.core.line import LineDriver
@@ -28,7 +27,7 @@ from gateway.core.move_record import RESTARTED, START_WITHIN_S, MoveRecord, Move
 from gateway.core.move_runs import Beginning, MoveRuns, Silence
 from gateway.core.next_calls import NextCall
 from gateway.core.operation import Rows, taking
-from gateway.core.origin import working
+from gateway.core.origin import new_id, working
 from gateway.core.records import Record
 from gateway.core.rights import Right
 from gateway.core.stops import (

@@ -40,7 +40,7 @@ class Copies(Generic[X, F]):
     def could_answer(self, exchange: X, speaker: int, now: float) -> bool:
         """Say whether a copy of an earlier reply could be taken for the reply to this, and be wrong."""
         said = self._said.get(speaker, {})
-        for name in exchange.reply_names if said else ():
+        for name in exchange.reply.names if said else ():
             replies = said.get(name, {})
             if len(replies) > self._remembered:
                 return True

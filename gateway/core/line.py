@@ -250,15 +250,6 @@ class PortLoop(ABC):
         return self._life.why
 
     @property
-    def _open(self) -> bool:
-        return self._life.is_open
-
-    @property
-    def _ready(self) -> bool:
-        """True while others than the set-up may ask."""
-        return self._life.is_set_up
-
-    @property
     def _set_up_due(self) -> bool:
         return self._attention.is_set()
 
@@ -306,10 +297,10 @@ class PortLoop(ABC):
     async def _serve_until_lost(self) -> bool:
         """Serve the port until it is lost; say whether the line was ready. If not, the next try is later."""
         was_ready, fresh = False, True
-        while self._open:
+        while self._life.is_open:
             self._attention.clear()
             await self._set_up(fresh=fresh)
-            was_ready, fresh = was_ready or self._ready, False
+            was_ready, fresh = was_ready or self._life.is_set_up, False
             await self._attention.wait()
         return was_ready
 
@@ -322,7 +313,7 @@ class PortLoop(ABC):
         level: int = logging.WARNING,
     ) -> None:
         reason = why.removesuffix("Nothing was sent.").rstrip(" .")  # sentences say so themselves
-        changed = self._open or reason != self.down_reason
+        changed = self._life.is_open or reason != self.down_reason
         action = self._life.take(news, reason)
         self._wire.all_answered, self._wire.stuck_since = False, None
         self._break_off(self.down_reason)
@@ -338,7 +329,7 @@ class PortLoop(ABC):
     def _came_up(self, facts: dict[str, object]) -> None:
         """Note that controllers answer and are set up; told once, until the line is down or silent."""
         action = self._life.take(PortNews.ANSWERED)
-        if self._open:
+        if self._life.is_open:
             log.info("line %s is up", self.id)
         self._tell_of(action, facts)
 
@@ -377,7 +368,7 @@ class PortLoop(ABC):
         wire = self._wire
         wire.heard_at = wire.free_at
         patience_ends_at = wire.free_at + patience_s
-        while self._open:
+        while self._life.is_open:
             rest_s = min(wire.heard_at + SILENCE_S, patience_ends_at) - self._loop.time()
             if rest_s <= 0:
                 return
@@ -424,9 +415,9 @@ class PortLoop(ABC):
     def _wake_at(self, at: float) -> None:
         self._timer.set(at)
 
-    def _note_hold(self, now: float) -> None:
+    def _note_hold(self, held_s: float) -> None:
         """Move all deadlines by the time for which the loop was held: in it no reply could be read."""
-        wire, held_s = self._wire, self.admission.held_s(now)
+        wire = self._wire
         if held_s > wire.held_s:
             longer_s, wire.held_s = held_s - wire.held_s, held_s
             if wire.stuck_since is not None:
@@ -436,7 +427,7 @@ class PortLoop(ABC):
     def _wake(self) -> None:
         try:
             now = self._loop.time()
-            self._note_hold(now)
+            self._note_hold(self.admission.held_s(now))
             deadline = self._pass_deadlines(now)
             if deadline is not None:
                 self._wake_at(deadline)
@@ -461,6 +452,8 @@ class LineDriver(PortLoop, Generic[X, W, F]):
     ) -> None:
         super().__init__(line_id, transport, session.counters)
         self._session = session
+        self.reply_timeout_s, self.late_reply_s = session.terms.reply_timeout_s, session.terms.late_reply_s
+        """Seconds to wait for a reply, and after that for one that is late."""
         session.order.on_overtaken = self._was_overtaken
         self._in_order_since = -inf
         """Time at which replies last came out of order."""
@@ -489,16 +482,6 @@ class LineDriver(PortLoop, Generic[X, W, F]):
     def echoes(self) -> bool:
         """True while what is written comes back as it was."""
         return self._pauses.echoes
-
-    @property
-    def reply_timeout_s(self) -> float:
-        """Seconds to wait for a reply, where its command takes no time of its own."""
-        return self._session.reply_timeout_s
-
-    @property
-    def late_reply_s(self) -> float:
-        """Seconds after its deadline for which a reply may still arrive."""
-        return self._session.late_reply_s
 
     def held_since_heard_s(self, now: float) -> float:
         """For how long the event loop was held since a reply was heard."""
@@ -562,26 +545,27 @@ class LineDriver(PortLoop, Generic[X, W, F]):
 
     def fence(self) -> None:
         """Let nothing but stops go before it is proved that no earlier reply is still to come."""
-        if self._ready:
+        if self._life.is_set_up:
             self._session.fence()
             self._loop.call_soon(self._pump)
 
     def _pump(self) -> None:
         """Write whatever may go now; a frame at a time, so that a stop leaves at the next frame boundary."""
         try:
-            while self._open and self._session.has_something():
+            goes_on = self._life.is_open and self._session.has_something()
+            while goes_on and self._life.is_open:
                 now = self._loop.time()
-                self.admission.revise()  # what was asked for before a suspension is not written
-                self._note_hold(now)
+                self._note_hold(self.admission.revised(now))  # what is older than a suspension is not written
+                ready = self._life.is_set_up
                 if not self._port_is_free(now):
                     return
                 if now < self._pauses.until and not self._session.is_urgent():
                     self._wake_at(self._pauses.until)
                     return
-                exchange = self._session.next(now, ready=self._ready)
+                exchange = self._session.next(now, ready=ready)
                 if exchange is None:
                     return
-                self._write(exchange, now)
+                goes_on = self._write(exchange, now)
         except Exception as fault:
             self._survive(fault)
 
@@ -592,25 +576,29 @@ class LineDriver(PortLoop, Generic[X, W, F]):
             lost = f"{exchange.sent}, or not: {self.down_reason}."
             exchange.settle(NoReply(lost, exchange.remedy, exchange.command))
 
-    def _write(self, exchange: X, now: float) -> None:
-        """Write for the one who asked: what that begins belongs to the same origin."""
+    def _write(self, exchange: X, now: float) -> bool:
+        """Write for the one who asked: what that begins belongs to the same origin.
+
+        Says whether another frame could follow.
+        """
         before = ORIGIN.set(exchange.origin)
         try:
             if self._send(exchange.frame, now):
                 if self.intents is not None:
                     self.intents.note_written(exchange)
                 self._heard_bytes = 0
-                deadline = self._wire.free_at + exchange.timeout_s
-                self._session.written(exchange, now, deadline)
+                deadline = self._wire.free_at + exchange.reply.timeout_s
+                goes_on = self._session.written(exchange, now, deadline)
                 if self._pauses.echoes:
                     self._pauses.note_written(now, is_stop=exchange.command.effect is Effect.STOP)
                 self._wake_at(deadline)
-            else:
-                exchange.settle(self._down())
+                return goes_on
+            exchange.settle(self._down())
         except TransportRefused as error:
             exchange.settle(InvalidRequest(f"{error} Nothing was sent.", "Send less at once."))
         finally:
             ORIGIN.reset(before)
+        return self._session.has_something()
 
     def data_received(self, data: bytes) -> None:
         """Bytes from the port."""
@@ -729,7 +717,7 @@ class LineDriver(PortLoop, Generic[X, W, F]):
 
     def _admit(self, exchange: X) -> None:
         """Let it wait for its turn from now on."""
-        if not self._open:
+        if not self._life.is_open:
             raise self._down()
         self._session.submit(exchange)
         self._pump()
@@ -761,7 +749,7 @@ class LineDriver(PortLoop, Generic[X, W, F]):
     def _receive(self, reply: F) -> None:
         """Hear a reply; the next frame goes out before its waiters have it."""
         settle = self._session.receive(reply, self._wire.heard_at)
-        self._wire.all_answered = self._session.all_answered
+        self._wire.all_answered = self._session.sent.all_answered
         if self._wire.all_answered:
             self._note_turnaround()
         self._pump()

@@ -17,7 +17,7 @@ from gateway.core.backup_record import (
     differing,
 )
 from gateway.core.errors import BodyBusy, Cancelled, GatewayEnding, GatewayError, NotFound, StoppedFirst
-from gateway.core.ids import new_id
+from gateway.core.origin import new_id
 from gateway.core.works import CutOff, DurableJobs, left_s
 
 HISTORY = 20

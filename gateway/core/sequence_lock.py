@@ -31,7 +31,7 @@ class SequenceLock:
         self._holders = {} if holders is None else holders
         self._holders[target] = None
         self.on_free: Callable[[], None] = lambda: None
-        """Called when what had to wait for its holder may go."""
+        """Called after each release: what had to wait for its holder may go."""
         self._waiting: dict[Lane, deque[asyncio.Future[None]]] = {lane: deque() for lane in Lane}
 
     @property
@@ -53,7 +53,7 @@ class SequenceLock:
         :raises Expired: it was not free in time.
         """
         mine = series or Series()
-        if self.holder is not None:
+        if self._holders[self._target] is not None:
             await self._wait(lane, expires_at)
         self._holders[self._target] = mine
         before = SERIES.set(mine)
@@ -61,11 +61,11 @@ class SequenceLock:
             yield mine
         finally:
             SERIES.reset(before)
-            insist(RELEASE, partial(self._release, mine))
+            insist(RELEASE, partial(self._release, mine), self.on_free)
 
     def _release(self, mine: Series | None) -> None:
         """Pass it on; once, though after a fault of the gateway itself it is tried again."""
-        if mine is not None and self.holder is mine:
+        if mine is not None and self._holders[self._target] is mine:
             self._pass_on()
 
     async def _wait(self, lane: Lane, expires_at: float | None) -> None:
@@ -86,7 +86,7 @@ class SequenceLock:
 
     def _give_up(self, turn: "asyncio.Future[None]", queue: "deque[asyncio.Future[None]]") -> None:
         if not turn.cancelled():
-            insist(RELEASE, partial(self._release, self.holder))
+            insist(RELEASE, partial(self._release, self.holder), self.on_free)
         elif turn in queue:
             queue.remove(turn)
 
@@ -100,7 +100,6 @@ class SequenceLock:
                     turn.set_result(None)
                     return
         self._holders[self._target] = None
-        insist(RELEASE, self.on_free)
 
 
 @asynccontextmanager

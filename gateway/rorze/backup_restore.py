@@ -14,8 +14,8 @@ from gateway.rorze.backup import Contents
 from gateway.rorze.backup_places import Command, place_of
 from gateway.rorze.bodies import Body
 from gateway.rorze.errors import SaveUncertain
-from gateway.rorze.exchange import RorzeExchange
 from gateway.rorze.program_uploads import BLOCK, WRITTEN_DOWN, ProgramUploads, blocks, require_rest
+from gateway.rorze.session import RorzeExchange
 from protocols.rorze.flash import SavePositions, SaveProgram, SaveSettings
 from protocols.rorze.programs import AddProgramInstruction, ClearProgram
 from protocols.rorze.status import GetInformation, SetUserComment

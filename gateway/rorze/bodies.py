@@ -17,7 +17,6 @@ from gateway.rorze.asked_body import believed
 from gateway.rorze.body_states import BodyAction, BodyLife, BodyNews
 from gateway.rorze.config import Events
 from gateway.rorze.errors import refused
-from gateway.rorze.exchange import Answered, Outcome, RorzeExchange
 from gateway.rorze.knowledge import (
     COMMAND_ERROR,
     PROGRAM_RUNS,
@@ -36,6 +35,7 @@ from gateway.rorze.knowledge import (
 )
 from gateway.rorze.line import Line, lane_of
 from gateway.rorze.power import POWER_ON_POSITION, BodyPower, Mark
+from gateway.rorze.session import Answered, Outcome, RorzeExchange
 from gateway.rorze.units import Scale
 from protocols.rorze.commands import COMMANDS
 from protocols.rorze.link import Refusal

@@ -54,7 +54,6 @@ from gateway.rorze.backup_restore import BodyRestore
 from gateway.rorze.bodies import Body, Configured, Group
 from gateway.rorze.body_watch import BodyWatch, watch_events, watch_groups
 from gateway.rorze.event_types import TYPES
-from gateway.rorze.exchange import RorzeExchange
 from gateway.rorze.groups import Groups, planned_group
 from gateway.rorze.guards import Guards
 from gateway.rorze.jogs import BodyJogs
@@ -68,6 +67,7 @@ from gateway.rorze.probes import Health, Sweep
 from gateway.rorze.program_runs import ProgramRun, ProgramRuns
 from gateway.rorze.program_uploads import ProgramUpload, ProgramUploads
 from gateway.rorze.scans import Scans
+from gateway.rorze.session import RorzeExchange
 from gateway.rorze.stops import StopReport, Stops
 from gateway.rorze.stored_program import EndlessPrograms
 from gateway.rorze.targets import STOP_MODES, BodyTarget, GroupTarget, LinkMasterTarget

@@ -19,12 +19,11 @@ from gateway.core.errors import (
 )
 from gateway.core.events import Event
 from gateway.core.exchange import Lane
-from gateway.core.ids import new_id
 from gateway.core.journal.intents import OF_MOVES
 from gateway.core.move_record import RESTARTED, START_WITHIN_S, Move, MoveKind, MoveStatus
 from gateway.core.move_runs import Beginning, MoveRuns, guarded
 from gateway.core.next_calls import NextCall
-from gateway.core.origin import working
+from gateway.core.origin import new_id, working
 from gateway.core.supervisor import do_each
 from gateway.core.times import happens, together
 from gateway.core.trajectories import Trajectories

@@ -9,8 +9,7 @@ from typing import Any, Literal
 from pydantic import Field
 
 from gateway.core.errors import BodyBusy, ControllerRefused, GatewayError, NoReply, NotFound
-from gateway.core.ids import new_id
-from gateway.core.origin import RESTART, acting
+from gateway.core.origin import RESTART, acting, new_id
 from gateway.core.records import Record, request_id_field
 from gateway.core.supervisor import supervised
 from gateway.core.works import CutOff, DurableJobs

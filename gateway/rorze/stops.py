@@ -29,12 +29,11 @@ from gateway.core.supervisor import do_each
 from gateway.core.times import happens
 from gateway.rorze.bodies import Body, Group, R
 from gateway.rorze.body_states import BodyNews
-from gateway.rorze.exchange import Answered, Outcome
 from gateway.rorze.knowledge import PROGRAM_RUNS
 from gateway.rorze.line import Line
 from gateway.rorze.plans import longest_ramp_s
 from gateway.rorze.probes import Sweep, is_prompt, taken_s, wire_s
-from gateway.rorze.session import SILENT_BODIES
+from gateway.rorze.session import SILENT_BODIES, Answered, Outcome
 from gateway.texts import Text, text
 from protocols.rorze.position import GetPosition
 from protocols.rorze.profile import ProfileError

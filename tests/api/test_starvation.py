@@ -73,8 +73,8 @@ CELLS: Final = {
 
 @asynccontextmanager
 async def client(plant: TestedPlant) -> AsyncIterator[httpx2.AsyncClient]:
-    plant.watch._clock = asyncio.get_running_loop().time
-    plant.watch.start()
+    plant.admission.watch._clock = asyncio.get_running_loop().time
+    plant.admission.watch.start()
     while any(port.state != "ready" for port in plant.ports().values()):  # noqa: ASYNC110
         await asyncio.sleep(0.1)
     transport = httpx2.ASGITransport(create_app(plant), raise_app_exceptions=False)

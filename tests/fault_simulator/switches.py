@@ -30,11 +30,10 @@ from gateway.fics.line import FicsLine
 from gateway.fics.stops import _RobotStop
 from gateway.rorze import move_proof
 from gateway.rorze.bodies import Body
-from gateway.rorze.exchange import RorzeExchange
 from gateway.rorze.guards import Guards
 from gateway.rorze.moves import Moves
 from gateway.rorze.power import Mark
-from gateway.rorze.session import RorzeSession
+from gateway.rorze.session import RorzeExchange, RorzeSession
 from gateway.rorze.stops import _BodyStop
 from protocols.rorze.commands import COMMANDS
 from protocols.table import Effect
@@ -107,8 +106,8 @@ def no_epoch(patch: Patch) -> None:
 def repeat_unasked(patch: Patch) -> None:
     def settle(session: Any, *_: Any) -> None:
         suspect = session._suspect
-        if suspect is not None and suspect.command.effect is not Effect.READ and suspect.repeats == 0:
-            suspect.repeats = 1
+        if suspect is not None and suspect.command.effect is not Effect.READ and suspect.reply.repeats == 0:
+            suspect.reply.repeats = 1
         settled(session)
 
     settled = Session._settle_suspect

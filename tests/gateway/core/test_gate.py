@@ -13,7 +13,7 @@ from gateway.core.errors import (
 )
 from gateway.core.exchange import Lane
 from gateway.core.gate import Gate
-from gateway.rorze.exchange import RorzeExchange
+from gateway.rorze.session import RorzeExchange
 from protocols.rorze.link_master import SetReplyFormat
 from protocols.rorze.moves import MoveClockwise
 from protocols.rorze.position import GetPosition

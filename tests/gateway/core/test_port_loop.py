@@ -63,7 +63,7 @@ class PlainLine(PortLoop):
 
     def _pump(self) -> None:
         now = self._loop.time()
-        while self._open and self.queue and self._port_is_free(now):
+        while self._life.is_open and self.queue and self._port_is_free(now):
             self._send(self.queue.pop(0), now)
 
     def _pass_deadlines(self, now: float) -> float | None:

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from gateway.core.errors import Expired, NoReply, QueueFull
 from gateway.core.exchange import QUEUE_LIMIT, STOPS, Lane, Series
 from gateway.core.scheduler import TURN_S, Scheduler
-from gateway.rorze.exchange import RorzeExchange
+from gateway.rorze.session import RorzeExchange
 from protocols.rorze.moves import MoveTo
 from protocols.rorze.notation import PositionReference
 from protocols.rorze.position import GetPosition
@@ -264,10 +264,10 @@ async def test_what_was_written_once_and_is_too_late_for_the_repetition_has_had_
     scheduler = Scheduler[RorzeExchange]()
     read = exchange(GetPosition(), expires_at=5.0)
     future = waiting(read, asyncio.get_running_loop())
-    read.doubt = NoReply("6PD was sent to body 02, and no reply came.")
+    read.reply.doubt = NoReply("6PD was sent to body 02, and no reply came.")
     scheduler.put_back(read)
     scheduler.expire(5.0)
-    assert future.result() is read.doubt
+    assert future.result() is read.reply.doubt
 
 
 @virtual

@@ -10,8 +10,8 @@ from gateway.core.errors import Expired, QueueFull, StoppedFirst
 from gateway.core.exchange import QUEUE_LIMIT, Lane
 from gateway.core.sequence_lock import SequenceLock
 from gateway.fics.exchange import RobotAnswered as RobotAnswered
-from gateway.rorze.exchange import Answered
 from gateway.rorze.line import Line, lane_of
+from gateway.rorze.session import Answered
 from protocols.fics.jog import StopJog
 from protocols.fics.status import GetAxisStatus
 from protocols.fics.variables import GetVariable, SetVariable

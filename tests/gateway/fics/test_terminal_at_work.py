@@ -97,11 +97,11 @@ async def test_when_the_terminal_has_done_questions_have_their_time_again() -> N
         rig.touch(lambda fics, _: setattr(fics, "terminal", MotionMode.MACRO))
         with pytest.raises(ControllerRefused):
             await rig.robot.ask(GetSpeedPercent())
-        assert line.exchange(GetSpeedPercent(), Lane.READ).timeout_s == QUICK_S
-        assert line.exchange(GetAxisStatus(), Lane.READ).timeout_s == line.reply_timeout_s
+        assert line.exchange(GetSpeedPercent(), Lane.READ).reply.timeout_s == QUICK_S
+        assert line.exchange(GetAxisStatus(), Lane.READ).reply.timeout_s == line.reply_timeout_s
         rig.touch(lambda fics, _: setattr(fics, "terminal", None))
         await rig.robot.ask(GetSpeedPercent())
-        assert line.exchange(GetSpeedPercent(), Lane.READ).timeout_s == line.reply_timeout_s
+        assert line.exchange(GetSpeedPercent(), Lane.READ).reply.timeout_s == line.reply_timeout_s
 
 
 @pytest.mark.parametrize("mode", [2, 3])

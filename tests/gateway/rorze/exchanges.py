@@ -4,8 +4,8 @@ import asyncio
 from typing import Any
 
 from gateway.core.exchange import Lane
-from gateway.rorze.exchange import Outcome, RorzeExchange
 from gateway.rorze.line import lane_of
+from gateway.rorze.session import Outcome, RorzeExchange
 from protocols.rorze.link import encode
 from protocols.rorze.row import RorzeCommand
 
