@@ -359,7 +359,7 @@ class Plant:
         await do_in_turn(
             f"the end of line {line_id}",
             partial(self._unwatch, line_id),
-            partial(family.remove, line),
+            *family.removing(line),
             *(partial(extension.forget, line) for extension in self.packages.extensions),
             partial(asyncio.to_thread, self.history.recorders.pop(line_id).close),
         )
@@ -389,7 +389,7 @@ class Plant:
             *(work.close for work in self.works.all()),
             self._stop_looking,
             *unwatching,
-            *(package.close for package in self.packages.registered),
+            *(deed for package in self.packages.registered for deed in package.closing()),
             *(partial(asyncio.to_thread, recorder.close) for recorder in self.history.recorders.values()),
             self.access.security.close,
         )
@@ -486,14 +486,15 @@ class Plant:
             "; what waited is cancelled, and all lines are fenced" if suspended else "",
         )
         what, told = "the time after a suspension", {"seconds": round(seconds, 3), "cancelled": suspended}
-        do_each(what, partial(self.events.publish, "gateway.loop.held", SUBJECT, told))
+        tell = partial(self.events.publish, "gateway.loop.held", SUBJECT, told)
         if not suspended:
+            tell()
             return
         forgetting = (
             deed for port in self.served.ports.values() for deed in (partial(port.revoke, HeldUp), port.fence)
         )
         stopping = (family.was_left_alone for family in self.packages.families.values())
-        insist(what, self.access.leases.expire, *forgetting, *stopping)
+        insist(what, tell, self.access.leases.expire, *forgetting, *stopping)
 
     def _tell_lease_taken(self, subject: str, lease: Lease) -> None:
         self.events.publish(f"{_what(subject)}.lease.taken", subject, lease)

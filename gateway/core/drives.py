@@ -5,7 +5,7 @@ A family of them brings its rows, its line and what a status means; the moves, j
 
 import asyncio
 from abc import abstractmethod
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import suppress
 from datetime import UTC, datetime
 from functools import partial
@@ -40,7 +40,7 @@ from gateway.core.stops import (
     StopState,
     StopsUnderWay,
 )
-from gateway.core.supervisor import do_in_turn
+from gateway.core.supervisor import Deed
 from gateway.core.targets import BegunMoves, CommandReplies, Opened, Stopped, Target, stopped
 from gateway.core.verdicts import (
     MOTOR,
@@ -222,9 +222,9 @@ class Drive(Target):
             if self.online and self.move is None:
                 await self.stands_still()
 
-    async def close(self) -> None:
+    def closing(self) -> Iterable[Deed]:
         """End its jogs and stops, and close the line."""
-        await do_in_turn(f"the end of {self.id}", self.jogs.close, self.stops.close, self.line.close)
+        return self.jogs.close, self.stops.close, self.line.close
 
     # asked for
 

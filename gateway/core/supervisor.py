@@ -18,6 +18,8 @@ log = logging.getLogger(__name__)
 T = TypeVar("T")
 P = ParamSpec("P")
 
+Deed = Callable[[], object]
+
 AGAIN_S: Final = (0.5, 30.0)
 """First and longest pause before supervised work is begun again; it doubles in between."""
 WELL_S: Final = 60.0

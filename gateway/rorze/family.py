@@ -34,7 +34,7 @@ from gateway.core.parts import Part, numbered_address
 from gateway.core.restores import Restores
 from gateway.core.sampler import Sampler
 from gateway.core.stops import StopMode
-from gateway.core.supervisor import do_each, do_in_turn
+from gateway.core.supervisor import Deed, do_each
 from gateway.core.targets import Stopped, Target, stopped
 from gateway.core.works import DurableJobs
 from gateway.rorze import (
@@ -299,9 +299,11 @@ class Rorze(Family):
         body.power.on_memory = self.site.known.keep(body.address, body.power)
         self._bodies[body.address] = body
 
-    async def remove(self, line: Line) -> None:
+    def removing(self, line: Line) -> Iterable[Deed]:
         """Close a line, and forget its bodies and groups."""
-        await line.close()
+        return line.close, partial(self._forget, line)
+
+    def _forget(self, line: Line) -> None:
         self._groups.forget(line)
         for body in self.bodies_of(line):
             del self._bodies[body.address]
@@ -675,17 +677,15 @@ class Rorze(Family):
                 move_id = None if body.move is None else body.move.id
                 yield MayMove("body", f"/bodies/{body.address}", why, move_id)
 
-    async def let_go(self) -> None:
-        """Give the waiters for moves what is known now."""
-        what, works = "the end of long work", self.works().values()
-        closing = self.scans.close, self.position_readings.close, *(work.close for work in works)
-        await do_in_turn(what, *closing, self.moves.let_go)
+    def letting_go(self) -> Iterable[Deed]:
+        """End long work, and give the waiters for moves what is known now."""
+        works = (work.close for work in self.works().values())
+        return self.scans.close, self.position_readings.close, *works, self.moves.let_go
 
-    async def close(self) -> None:
+    def closing(self) -> Iterable[Deed]:
         """End all work and close the lines."""
         lines = (line.close for line in self.lines.values())
-        work = self.scans.close, self.moves.close
-        await do_in_turn("the end of all lines", self.jogs.close, self.stops.close, *lines, *work)
+        return self.jogs.close, self.stops.close, *lines, self.scans.close, self.moves.close
 
 
 T = TypeVar("T", Body, Group)
