@@ -70,8 +70,10 @@ class LoopWatch:
 
     def check_and_measure(self, now: float) -> float:
         """Notice a suspension now, and give what `held_s` does."""
-        self.check()
-        return self.held_s(now)
+        if self._clock() - self._due > SUSPENDED_S:
+            self.check()
+        late_s = now - self._beat_at
+        return self._held_s + (late_s if late_s > LATE_BEAT_S else 0.0)
 
     def check(self) -> None:
         """Notice a suspension now: what is called first after it checks, before the next beat comes."""

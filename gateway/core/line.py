@@ -105,10 +105,11 @@ class PortPace:
 class EarliestTimer:
     """One timer, at the earliest moment that anything is due."""
 
-    __slots__ = ("_handle", "_ring", "due_at")
+    __slots__ = ("_handle", "_ring", "_survive", "due_at")
 
-    def __init__(self, ring: Callable[[], None]) -> None:
-        self._ring = ring
+    def __init__(self, ring: Callable[[], None], survive: Callable[[Exception], None]) -> None:
+        """`survive` is called with a fault of the gateway itself that `ring` has met."""
+        self._ring, self._survive = ring, survive
         self._handle: asyncio.TimerHandle | None = None
         self.due_at = 0.0
 
@@ -124,7 +125,10 @@ class EarliestTimer:
 
     def _fire(self) -> None:
         self._handle = None
-        self._ring()
+        try:
+            self._ring()
+        except Exception as fault:
+            self._survive(fault)
 
 
 class PortLoop(ABC):
@@ -146,7 +150,7 @@ class PortLoop(ABC):
         self.byte_time_s = transport.byte_time_s
         """Seconds one byte takes on the wire; 0.0 where that does not pace the gateway."""
         self._wire = PortPace()
-        self._timer = EarliestTimer(self._wake)
+        self._timer = EarliestTimer(self._wake, self._survive)
         self._attention = asyncio.Event()
         """Set while a set-up is due, and when the port was lost."""
         self._tasks: list[asyncio.Task[None]] = []
@@ -383,7 +387,7 @@ class PortLoop(ABC):
         """
         wire = self._wire
         if now < wire.free_at and not (wire.all_answered and self.transport.is_bridged):
-            self._wake_at(wire.free_at)
+            self._timer.set(wire.free_at)
             return False
         if wire.all_answered or self.transport.unsent() == 0:
             wire.stuck_since = None
@@ -393,7 +397,7 @@ class PortLoop(ABC):
         if now - wire.stuck_since > self.transport.stuck_s:
             self._went_down(f"{self.transport.address} takes no bytes")
         else:
-            self._wake_at(now + 0.001)
+            self._timer.set(now + 0.001)
         return False
 
     def _send(self, frame: bytes, now: float) -> bool:
@@ -412,27 +416,22 @@ class PortLoop(ABC):
 
     # time
 
-    def _wake_at(self, at: float) -> None:
-        self._timer.set(at)
-
     def _note_hold(self, held_s: float) -> None:
         """Move all deadlines by the time for which the loop was held: in it no reply could be read."""
         wire = self._wire
-        if held_s > wire.held_s:
-            longer_s, wire.held_s = held_s - wire.held_s, held_s
-            if wire.stuck_since is not None:
-                wire.stuck_since += longer_s
-            self._wait_longer(longer_s)
+        longer_s, wire.held_s = held_s - wire.held_s, held_s
+        if wire.stuck_since is not None:
+            wire.stuck_since += longer_s
+        self._wait_longer(longer_s)
 
     def _wake(self) -> None:
-        try:
-            now = self._loop.time()
-            self._note_hold(self.admission.held_s(now))
-            deadline = self._pass_deadlines(now)
-            if deadline is not None:
-                self._wake_at(deadline)
-        except Exception as fault:
-            self._survive(fault)
+        now = self._loop.time()
+        held_s = self.admission.held_s(now)
+        if held_s > self._wire.held_s:
+            self._note_hold(held_s)
+        deadline = self._pass_deadlines(now)
+        if deadline is not None:
+            self._timer.set(deadline)
         self._pump()
 
     def _survive(self, fault: Exception) -> None:
@@ -467,7 +466,7 @@ class LineDriver(PortLoop, Generic[X, W, F]):
         """Journal of intents, in which frames with an effect are written down first; None without one."""
         self._promised: dict[asyncio.Future[Any], X] = {}
         """Exchanges by the future of a waiter."""
-        self._expiry = EarliestTimer(self._expire)
+        self._expiry = EarliestTimer(self._expire, self._survive)
         self.turnaround_s = 0.0
         """Mean time from a frame to its reply of late, without the bytes of the reply, in seconds."""
         self._heard_bytes = 0
@@ -555,12 +554,14 @@ class LineDriver(PortLoop, Generic[X, W, F]):
             goes_on = self._life.is_open and self._session.has_something()
             while goes_on and self._life.is_open:
                 now = self._loop.time()
-                self._note_hold(self.admission.revised(now))  # what is older than a suspension is not written
+                held_s = self.admission.revised(now)  # what is older than a suspension is not written
+                if held_s > self._wire.held_s:
+                    self._note_hold(held_s)
                 ready = self._life.is_set_up
                 if not self._port_is_free(now):
                     return
                 if now < self._pauses.until and not self._session.is_urgent():
-                    self._wake_at(self._pauses.until)
+                    self._timer.set(self._pauses.until)
                     return
                 exchange = self._session.next(now, ready=ready)
                 if exchange is None:
@@ -591,7 +592,7 @@ class LineDriver(PortLoop, Generic[X, W, F]):
                 goes_on = self._session.written(exchange, now, deadline)
                 if self._pauses.echoes:
                     self._pauses.note_written(now, is_stop=exchange.command.effect is Effect.STOP)
-                self._wake_at(deadline)
+                self._timer.set(deadline)
                 return goes_on
             exchange.settle(self._down())
         except TransportRefused as error:
@@ -687,7 +688,7 @@ class LineDriver(PortLoop, Generic[X, W, F]):
 
         :raises LineDown: the line echoes, and it moves something, or an echo could answer it.
         """
-        if self.echoes and self._is_unsafe(exchange):
+        if self._pauses.echoes and self._is_unsafe(exchange):
             raise self._echoes()
         future = self._promise(exchange)
         if self.intents is not None and self.intents.must_come_first(exchange):
@@ -738,11 +739,7 @@ class LineDriver(PortLoop, Generic[X, W, F]):
     def _expire(self) -> None:
         """Withdraw what is too late; one timer for all that waits."""
         now = max(self._loop.time(), self._expiry.due_at)  # timers may fire a little early
-        try:
-            next_at = self._session.scheduler.expire(now)
-        except Exception as fault:
-            self._survive(fault)
-            return
+        next_at = self._session.scheduler.expire(now)
         if next_at is not None:
             self._expiry.set(max(next_at, now + EXPIRY_STEP_S))
 
