@@ -121,13 +121,13 @@ def create_app(
         telemetry={"tracing": False, "metrics": False, "logs": False},
     )
     app.plant = plant
-    plant.credentials = credentials or plant.credentials
+    plant.access.credentials = credentials or plant.access.credentials
     app.access = Access(plant)
     app.state.traffic = traffic = Traffic()
     app.state.metrics = metrics_of(plant, traffic)
     problems.install(app, partial(calls_for, plant))
     written = [route for router in (*by_hand.ROUTERS, streams.router) for route in router.routes]
-    operations = [*operations_of(map(type, plant.registered)), *besides]
+    operations = [*operations_of(map(type, plant.packages.registered)), *besides]
     rows = walker.routes(operations, [route for route in written if isinstance(route, HttpRoute)])
     # Side by side instead of included, so that one index finds them all; and before the docs.
     app.router.routes[:0] = [*rows, *(route for route in written if not isinstance(route, HttpRoute))]

@@ -30,7 +30,7 @@ from gateway.core.aside import SWITCH_S
 from gateway.core.errors import GatewayError
 from gateway.core.journal.disk import SqliteDisk
 from gateway.core.journal.opening import OpenedJournal, longest_s, open_journal
-from gateway.core.lease_tokens import LeaseTokens
+from gateway.core.leases import LeaseTokens
 from gateway.core.operation import Operation
 from gateway.core.origin import Origin, acting
 from gateway.core.toml_files import ConfigError
@@ -113,21 +113,21 @@ async def serve(
             owners_in=data,
         )
         plant.names.keep_in(data)
-        plant.recordings.keep_in(data)
+        plant.works.recordings.keep_in(data)
         nightly = Nightly(plant, data / "backups")
-        plant.commissionings.walk = _ask_only
+        plant.works.commissionings.walk = _ask_only
         app = create_app(plant, access.credentials, special.rows)
         server = _Server(_uvicorn_config(app, config.server, access.certificate))
         signals.concern(plant, server)
         if watchdog_wanted():
-            plant.on_lines.append(partial(_feed_watchdog, plant))
-            plant.on_lines()
+            plant.served.on_change.append(partial(_feed_watchdog, plant))
+            plant.served.on_change()
         listen(listener, config.server)
         await plant.start()
         noting = asyncio.create_task(note_states(plant), name="states")
         try:
             with short_collections():
-                plant.watch.start()
+                plant.admission.watch.start()
                 scheme = "https" if access.certificate else "http"
                 url = f"{scheme}://{config.server.host}:{listener.getsockname()[1]}"
                 log.info("the journal and the keys are in %s", data)
@@ -177,10 +177,10 @@ def _membership_maker(config: Config) -> "Callable[[Plant, str, Certificate | No
             raise ConfigError(str(trouble)) from trouble
 
     def make(plant: Plant, url: str, certificate: Certificate | None) -> Member | None:
-        if plant.membership is None:
+        if plant.peers.membership is None:
             return None
         member = Member(
-            settings, plant, plant.membership, url, certificate.fingerprint() if certificate else None
+            settings, plant, plant.peers.membership, url, certificate.fingerprint() if certificate else None
         )
         member.start()
         return member

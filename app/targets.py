@@ -6,7 +6,7 @@ from typing import Any, Literal
 
 from app.client import Client
 from app.exits import Misuse
-from gateway.core.spelling import is_numbered, numbered_address
+from gateway.core.parts import is_numbered, numbered_address
 
 Kind = Literal["bodies", "groups", "scaras", "robots"]
 

@@ -96,7 +96,7 @@ async def _worked(
 ) -> list[Record]:
     """Work for this time at most; give what went over the line meanwhile."""
     async with _plant(path) as plant:
-        body, recorder = plant.family(Rorze).body(BODY), plant.recorders["line"]
+        body, recorder = plant.family(Rorze).body(BODY), plant.history.recorders["line"]
         before = recorder.recorded
         with suppress(TimeoutError):
             await asyncio.wait_for(work(plant, body), turn_s)

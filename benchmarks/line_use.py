@@ -16,7 +16,7 @@ from time import monotonic
 
 from benchmarks.figures import Figure, Target
 from benchmarks.processes import simulated_line
-from gateway.core.lanes import Lane
+from gateway.core.exchange import Lane
 from gateway.rorze.bodies import answer_or_raise
 from gateway.rorze.line import Line
 from protocols.rorze.link import CR, encode

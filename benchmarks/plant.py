@@ -146,19 +146,19 @@ async def _refilled_s(engine: str, count: int) -> float:
     )
     plant = Plant(config)
     assert config.plant is not None
-    assert plant.membership is not None
+    assert plant.peers.membership is not None
     data = {"status": ["stall"], "position": 123_456, "detail": "as long as an event of a move is " * 12}
     for number in range(count):
         plant.events.publish("body.status.changed", "/bodies/line1.00", {**data, "number": number})
     settings = PlantEngine(servers=(engine,))
     async with connected(settings, "bench", "_INBOX_bench") as connection:
         await ensure(connection, stream_settings(1))
-        member = Member(config.plant, plant, plant.membership, "http://127.0.0.1:1", None)
+        member = Member(config.plant, plant, plant.peers.membership, "http://127.0.0.1:1", None)
         begin = monotonic()
         member.start()
-        while plant.membership.forwarded < count:
+        while plant.peers.membership.forwarded < count:
             await asyncio.sleep(0.05)
-            assert monotonic() - begin < PATIENCE_S, plant.membership
+            assert monotonic() - begin < PATIENCE_S, plant.peers.membership
         took_s = monotonic() - begin
         await member.stop()
         told = await connection.ask("STREAM.INFO.PLANT")

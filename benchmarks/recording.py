@@ -30,10 +30,10 @@ async def run(_seconds: float) -> list[Figure]:
         for number in range(1, LINES + 1)
     ]
     plant = Plant(Config.model_validate({"access": {"mode": "open"}, "lines": tables}))
-    for recorder in plant.recorders.values():
+    for recorder in plant.history.recorders.values():
         fill(recorder)
     with TemporaryDirectory() as folder, asking(EVERYBODY):
-        plant.recordings.keep_in(Path(folder))
+        plant.works.recordings.keep_in(Path(folder))
         at, used = perf_counter(), process_time()
         taking = asyncio.create_task(_taken(plant))
         held_ms = await _holds_ms(taking)
@@ -47,8 +47,8 @@ async def run(_seconds: float) -> list[Figure]:
 
 
 async def _taken(plant: Plant) -> None:
-    record = plant.recordings.start(None, MINUTES * 60, 0)
-    await plant.recordings.wait(record, 600)
+    record = plant.works.recordings.start(None, MINUTES * 60, 0)
+    await plant.works.recordings.wait(record, 600)
     assert record.status == "finished", record.error
     assert record.bytes is not None
 

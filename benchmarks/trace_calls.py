@@ -29,7 +29,7 @@ FIRST_INSTRUCTIONS = 6
 LINE = re.compile(
     r"protocols/|transports/|gateway/fics/(copies|exchange|line|session|upload_state)\.|"
     r"gateway/rorze/(exchange|line|session)\.|"
-    r"gateway/core/(admission|copies|errors|exchange|fence|gate|histogram|lanes|line|load|loop_watch|origin|scheduler|"
+    r"gateway/core/(admission|errors|exchange|false_replies|fence|gate|line|load|origin|scheduler|"
     r"sequence_lock|session)\."
 )
 """The files that carry an exchange over a line: its port, its session and its protocol."""

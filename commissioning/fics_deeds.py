@@ -11,7 +11,7 @@ from commissioning.assumptions import Assumption
 from commissioning.bench import OUTAGE
 from commissioning.fics import NOBODY, QUESTIONS, FicsBench, Trial, at_rest, stored
 from commissioning.findings import Finding, Result, agrees, cannot_tell, fails
-from gateway.fics.upload_state import NO_UPLOAD
+from gateway.fics.session import NO_UPLOAD
 from protocols.fics.alarms import ResetErrors, TakeCurrentError
 from protocols.fics.link import FicsRefusal
 from protocols.fics.moves import MoveAbsolute

@@ -18,7 +18,7 @@ class Claims:
     """Hears the claims of others, and makes those of this gateway, over one connection at a time."""
 
     def __init__(self, plant: Plant) -> None:
-        self._plant, self._ownership = plant, plant.ownership
+        self._plant, self._ownership = plant, plant.peers.ownership
         self._connection: Connection | None = None
         self._news: set[str] = set()
         """Lines with moves that others have not heard of."""

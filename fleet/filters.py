@@ -6,7 +6,7 @@ from collections.abc import Callable
 from fleet.feed import PlantEvent, Wanted
 from gateway.core.errors import InvalidRequest
 from gateway.core.events import GAP
-from gateway.core.spelling import spelled
+from gateway.core.parts import spelled
 
 _TYPE = re.compile(r"[a-z0-9_]+(?:\.[a-z0-9_]+)*(?:\.\*)?")
 _GATEWAY = re.compile(r"[a-z][a-z0-9-]{0,31}")

@@ -192,7 +192,7 @@ class Member:
         }
 
     def _elsewhere(self, line_id: str) -> str | None:
-        return self._plant.ownership.elsewhere(line_id)
+        return self._plant.peers.ownership.elsewhere(line_id)
 
     # events
 
@@ -312,7 +312,7 @@ class Member:
     def _caller(self, asked: StopMessage) -> Principal | None:
         if self._plant.config.access.mode == "open":
             return EVERYBODY
-        grant = self._plant.credentials.to_stop(asked.key_prefix, asked.key_sha256)
+        grant = self._plant.access.credentials.to_stop(asked.key_prefix, asked.key_sha256)
         return None if grant is None else grant.principal
 
     async def _stop_all(self, asked: StopMessage, who: Principal) -> None:

@@ -1,11 +1,11 @@
 """The registry of packages: the families of controllers, by the protocol of a line, and their extensions."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from importlib import import_module
 from pathlib import Path
 from typing import Final
 
-from gateway.core.family import Extension, Family, Registered
+from gateway.core.family import Extension, Family, Registered, Site
 from gateway.fics.family import Fics
 from gateway.rorze.family import Rorze
 
@@ -24,3 +24,18 @@ def registered() -> Iterator[type[Registered]]:
     for family in FAMILIES.values():
         yield family
         yield from (extension for extension in EXTENSIONS if extension.of is family)
+
+
+class Packages:
+    """All families and extensions of a plant."""
+
+    def __init__(self, site: Site) -> None:
+        self.families: Mapping[str, Family] = {name: family(site) for name, family in FAMILIES.items()}
+        """Families by the protocol of a line."""
+        made: dict[type[Registered], Registered] = {type(family): family for family in self.families.values()}
+        self.extensions = [
+            extension(site, made[extension.of]) for extension in EXTENSIONS if extension.of in made
+        ]
+        made |= {type(extension): extension for extension in self.extensions}
+        self.registered: Sequence[Registered] = [made[kind] for kind in registered()]
+        """All families, each with its extensions."""

@@ -7,7 +7,7 @@ from functools import lru_cache
 from typing import Final
 
 from gateway.core.events import Event
-from gateway.core.histogram import Histogram
+from gateway.core.load import Histogram
 from gateway.core.move_record import MoveStatus
 
 OUTCOMES: Final = tuple(status.value for status in MoveStatus if status.final)

@@ -13,15 +13,14 @@ from pydantic_core import from_json
 from gateway.core.alarms import Alarm, Alarms
 from gateway.core.events import Event, EventHub
 from gateway.core.family import AnyLine, Registered
-from gateway.core.ids import go_on_after
 from gateway.core.journal import writes
-from gateway.core.journal.beginning import Beginning
 from gateway.core.journal.intents import Intents
-from gateway.core.journal.opening import OpenedJournal
+from gateway.core.journal.opening import Beginning, OpenedJournal
 from gateway.core.journal.writes import Write
-from gateway.core.kept_works import Dated, DurableJobs
 from gateway.core.known import FactStore
 from gateway.core.move_record import MoveRecord, MoveStatus
+from gateway.core.origin import go_on_after
+from gateway.core.works import Dated, DurableJobs
 from gateway.families import registered
 from gateway.wind_down import SUBJECT
 

@@ -13,6 +13,7 @@ from typing import Any, Final
 
 from gateway.core.errors import NotSent
 from gateway.core.whole_files import write_whole
+from gateway.membership import Membership
 
 log = logging.getLogger(__name__)
 
@@ -158,3 +159,12 @@ class Ownership:
         if self._path is None:
             return
         write_whole(self._path, json.dumps({line: asdict(owner) for line, owner in self._owners.items()}))
+
+
+@dataclass(frozen=True)
+class Peers:
+    """Other gateways of the plant: which of them has which line, and how this one belongs to them."""
+
+    ownership: Ownership
+    membership: Membership | None
+    """None without a plant of several gateways."""

@@ -3,9 +3,9 @@
 import asyncio
 import logging
 import random
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import asdict
+from dataclasses import asdict, dataclass, field
 from functools import partial
 from pathlib import Path
 from typing import Any, TypeVar, cast
@@ -20,7 +20,7 @@ from gateway.config import Config
 from gateway.config_file import ConfigFile, changes
 from gateway.core import tables
 from gateway.core.addresses import none_such
-from gateway.core.admission import Admission
+from gateway.core.admission import SUSPENDED_S, Admission, LoopWatch
 from gateway.core.alarms import Alarms, Latched
 from gateway.core.backup_record import Reading
 from gateway.core.backups import Backups, Comparisons
@@ -31,11 +31,8 @@ from gateway.core.family import AnyLine, Family, PortInfo, Registered, Site
 from gateway.core.gate import Guard
 from gateway.core.journal.journal import Journal
 from gateway.core.journal.opening import OpenedJournal
-from gateway.core.kept_works import DurableJobs
-from gateway.core.lease_tokens import LeaseTokens
-from gateway.core.leases import End, Lease, Leases, Tokens
+from gateway.core.leases import End, Lease, Leases, LeaseTokens, Tokens
 from gateway.core.line import LineOwnership
-from gateway.core.loop_watch import SUSPENDED_S, LoopWatch
 from gateway.core.move_log import MoveLog
 from gateway.core.move_record import MoveRecord
 from gateway.core.names import Names
@@ -43,11 +40,12 @@ from gateway.core.origin import POLL, Origin, acting
 from gateway.core.parts import Part
 from gateway.core.supervisor import Observers, do_each, do_in_turn, insist, supervise, twice
 from gateway.core.targets import Target
-from gateway.families import EXTENSIONS, FAMILIES, registered
+from gateway.core.works import DurableJobs, Jobs
+from gateway.families import Packages
 from gateway.figures import Figures
 from gateway.membership import Membership
 from gateway.memory import Persistence
-from gateway.ownership import LOST, Ownership
+from gateway.ownership import LOST, Ownership, Peers
 from gateway.port_scans import PortScans
 from gateway.recordings import REQUESTS_BYTES, STATES_BYTES, Noted, RecordedSpan, RecordingInfo, Recordings
 from gateway.security import entries
@@ -56,15 +54,68 @@ from gateway.snapshot import taking
 from gateway.wind_down import SUBJECT, WindDown
 from protocols.wording import as_given
 from transports import Transport, create
-from transports.history import History
-from transports.recorder import Recorded, Recorder
+from transports.recorder import History, Recorded, Recorder
 from transports.trace_file import TraceFile
 
 log = logging.getLogger(__name__)
 
 ALARMS_CHECK_S = 5.0
+OF_ALARMS = ""
+"""The watch of alarms, among those of lines."""
 
 F = TypeVar("F", bound=Registered)
+
+
+@dataclass(slots=True)
+class PlantAccess:
+    """All that decides who may do what, and where it is noted."""
+
+    security: SecurityLog
+    leases: Leases
+    territory: Territory
+    credentials: Credentials = field(default_factory=Credentials)
+    """Credentials of callers; the server replaces them by its own."""
+    sessions: Sessions = field(default_factory=Sessions)
+    """Sessions of browsers that have signed in."""
+
+
+@dataclass(slots=True)
+class PlantWorks:
+    """Long work on the whole of controllers and lines."""
+
+    backups: Backups
+    comparisons: Comparisons
+    recordings: Recordings
+    port_scans: PortScans
+    commissionings: Commissionings
+    nightly_backups: Path | None = None
+    """The folder of backups that are read by night; None where none are."""
+
+    def all(self) -> Iterable[Jobs[Any]]:
+        """All kinds, in the order in which they end."""
+        return self.port_scans, self.commissionings, self.backups, self.comparisons, self.recordings
+
+
+@dataclass(slots=True)
+class PlantHistory:
+    """Records of what has happened: the traffic of lines, requests of callers, states of parts, counts."""
+
+    figures: Figures
+    recorders: dict[str, Recorder] = field(default_factory=dict)
+    requests: History[Noted] = field(default_factory=lambda: History[Noted](REQUESTS_BYTES))
+    states: History[Noted] = field(default_factory=lambda: History[Noted](STATES_BYTES))
+
+
+@dataclass(slots=True)
+class ServedLines:
+    """The lines that are served, and the tasks that watch them."""
+
+    open_transport: Callable[[str], Transport]
+    ports: dict[str, AnyLine] = field(default_factory=dict)
+    """Lines by their ids, in the order of the configuration."""
+    watches: dict[str, list["asyncio.Task[None]"]] = field(default_factory=dict)
+    on_change: Observers[[]] = field(default_factory=lambda: Observers[[]]("other lines"))
+    """Called when other lines are served."""
 
 
 class Plant:
@@ -86,105 +137,88 @@ class Plant:
         self.file = file
         """File of the configuration, if it comes from one."""
         self.events = EventHub()
-        self.security = security or SecurityLog()
-        self.security.on_trouble = self._security_trouble
-        self.security.on_burst = self._refusals_burst
-        self.credentials = Credentials()
-        """Credentials of callers; the server replaces them by its own."""
-        self.membership = None if config.plant is None else Membership(config.plant.name)
-        """Membership in a plant of several gateways; None without one."""
-        self.ownership = Ownership(
-            "" if config.plant is None else config.plant.name,
-            {line.id: line.owners for line in config.lines},
-            owners_in,
-        )
-        self.ownership.on_loss = self._line_taken_over
-        self.sessions = Sessions()
-        """Sessions of browsers that have signed in."""
         self.names = Names()
         self.names.on_named = self._positions_named
-        self.recorders: dict[str, Recorder] = {}
-        self.watch = LoopWatch()
-        self.watch.on_held = self._was_held
-        self.admission = Admission(self.watch)
+        self.peers = Peers(
+            Ownership(
+                "" if config.plant is None else config.plant.name,
+                {line.id: line.owners for line in config.lines},
+                owners_in,
+            ),
+            None if config.plant is None else Membership(config.plant.name),
+        )
+        self.peers.ownership.on_loss = self._line_taken_over
+        self.admission = Admission(LoopWatch())
+        self.admission.watch.on_held = self._was_held
         site = Site(self.events, allow_endless_moves=config.server.allow_endless_moves, rng=rng)
-        self.families = {name: family(site) for name, family in FAMILIES.items()}
-        self._by_kind: dict[type[Registered], Registered] = {
-            type(family): family for family in self.families.values()
-        }
-        self.extensions = [
-            extension(site, self._by_kind[extension.of])
-            for extension in EXTENSIONS
-            if extension.of in self._by_kind
-        ]
-        self._by_kind |= {type(extension): extension for extension in self.extensions}
-        self.registered: Sequence[Registered] = [self._by_kind[kind] for kind in registered()]
-        self._ports: dict[str, AnyLine] = {}
-        self.leases = Leases(config.access.lease_mode, lease_tokens or LeaseTokens())
-        self.leases.on_taken += [self._tell_lease_taken, self._note_lease_taken]
-        self.leases.on_end += [self._tell_lease_ended, self._note_lease_ended]
-        self.leases.on_loss = self._stop_without_holder
-        self.events.take_snapshot = taking(self.registered, self._ports)
+        self.packages = Packages(site)
+        registered = self.packages.registered
+        self.served = ServedLines(open_transport)
+        self.access = PlantAccess(
+            security or SecurityLog(),
+            Leases(config.access.lease_mode, lease_tokens or LeaseTokens()),
+            Territory(self.served.ports, registered),
+        )
+        self._hear_of_access()
+        self.events.take_snapshot = taking(registered, self.served.ports)
         troubles = {
             "gateway.journal.trouble": self._journal_trouble,
-            "gateway.security.trouble": lambda: self.security.trouble,
-            "gateway.refusals.burst": lambda: self.security.burst,
-            "plant.unreachable": lambda: None if self.membership is None else self.membership.trouble,
+            "gateway.security.trouble": lambda: self.access.security.trouble,
+            "gateway.refusals.burst": lambda: self.access.security.burst,
+            "plant.unreachable": lambda: None if (of := self.peers.membership) is None else of.trouble,
         }
-        causes = causes_of(self.registered, self._ports, troubles, latch=config.server.latch)
+        causes = causes_of(registered, self.served.ports, troubles, latch=config.server.latch)
         self.alarms = Alarms(self.events, causes)
         self._memory = (
             None
             if journal is None
-            else Persistence(journal, self.events, self.alarms, self.registered, site.known)
+            else Persistence(journal, self.events, self.alarms, registered, site.known)
         )
-        self.backups = Backups(partial(self._publish_reading, "backup"))
-        self.comparisons = Comparisons(partial(self._publish_reading, "comparison"))
-        self.figures = Figures(self.line_of)
-        self.requests: History[Noted] = History(REQUESTS_BYTES)
-        """Requests of callers, for recordings."""
-        self.states: History[Noted] = History(STATES_BYTES)
-        """States of all parts, for recordings."""
-        self.recordings = self._recordings()
-        self.events.listeners += [self.figures.note, logbook.note, self.alarms.note]
-        self.events.listeners += [self.recordings.note] if self.recordings.takes_alarms else []
-        self.on_lines = Observers[[]]("other lines")
-        """Called when other lines are served."""
-        self._open_transport = open_transport
-        self.port_scans = PortScans(self.events, lambda: self.config, open_transport)
-        self.commissionings = Commissionings()
-        self.nightly_backups: Path | None = None
-        """The folder of backups that are read by night; None where none are."""
+        self.history = PlantHistory(Figures(self.line_of))
+        self.works = PlantWorks(
+            backups=Backups(partial(self._publish_reading, "backup")),
+            comparisons=Comparisons(partial(self._publish_reading, "comparison")),
+            recordings=self._recordings(),
+            port_scans=PortScans(self.events, lambda: self.config, open_transport),
+            commissionings=Commissionings(),
+        )
+        self.events.listeners += [self.history.figures.note, logbook.note, self.alarms.note]
+        self.events.listeners += [self.works.recordings.note] if self.works.recordings.takes_alarms else []
         self._reloading = asyncio.Lock()
-        self._watch_of_alarms: asyncio.Task[None] | None = None
-        self._watches: dict[str, list[asyncio.Task[None]]] = {}
         self._end = WindDown(
-            site, self.admission, self.registered, self._ports.values(), config.server.on_exit
+            site, self.admission, registered, self.served.ports.values(), config.server.on_exit
         )
         for line in config.lines:
             self._build(line)
-        self.territory = Territory(self._ports, self.registered)
+
+    def _hear_of_access(self) -> None:
+        security, leases = self.access.security, self.access.leases
+        security.on_trouble = self._security_trouble
+        security.on_burst = self._refusals_burst
+        leases.on_taken += [self._tell_lease_taken, self._note_lease_taken]
+        leases.on_end += [self._tell_lease_ended, self._note_lease_ended]
+        leases.on_loss = self._stop_without_holder
 
     def _build(self, line: tables.LineTable) -> None:
         port = self._open_port(line)
-        built = self.families[line.protocol].add(line, port)
+        built = self.packages.families[line.protocol].add(line, port)
         built.admission = self.admission
-        built.recorder = self.recorders[built.id]
+        built.recorder = self.history.recorders[built.id]
         built.owner = LineOwnership(
-            partial(self.ownership.stands_by, line.id),
-            partial(self.ownership.elsewhere, line.id),
+            partial(self.peers.ownership.stands_by, line.id),
+            partial(self.peers.ownership.elsewhere, line.id),
             partial(self._port_lost, line.id),
         )
-        built.gate.add(self.leases.guard(built.id))
+        built.gate.add(self.access.leases.guard(built.id))
         if self.config.server.latch:
             built.gate.add(self._latch(built))
         if self._memory is not None:
             self._memory.keep(built)
-        for extension in self.extensions:
+        for extension in self.packages.extensions:
             for table in self.config.made()[extension.collections[0]]:
                 if table.line == line.id:
                     extension.make(table)
-        self._ports[line.id] = built
+        self.served.ports[line.id] = built
 
     @property
     def journal(self) -> Journal | None:
@@ -196,50 +230,50 @@ class Plant:
             TraceFile(line.trace_file, line.trace_file_bytes, line.trace_files) if line.trace_file else None
         )
         history_bytes = self.config.recordings.memory_mib << 20
-        self.recorders[line.id] = recorder = Recorder(line.trace_entries, file, history_bytes)
-        port = self._open_transport(line.address)
+        self.history.recorders[line.id] = recorder = Recorder(line.trace_entries, file, history_bytes)
+        port = self.served.open_transport(line.address)
         return Recorded(port, recorder) if line.trace_entries or line.trace_file else port
 
     # life
 
     async def start(self) -> None:
         """Open the lines; ports that are missing are tried again and again."""
-        self.security.note(entries.GATEWAY_STARTED)
+        self.access.security.note(entries.GATEWAY_STARTED)
         if self._memory is not None:
             self._memory.start(self._works())
-        for line_id in self._ports:
+        for line_id in self.served.ports:
             self._start(line_id)
         with acting(POLL):
-            self.recordings.salvage()
-            self._watch_of_alarms = supervise("the watch of alarms", self._watch_alarms)
+            self.works.recordings.salvage()
+            self.served.watches[OF_ALARMS] = [supervise("the watch of alarms", self._watch_alarms)]
 
     def _works(self) -> dict[str, DurableJobs[Any]]:
         works: dict[str, DurableJobs[Any]] = {}
-        for package in self.registered:
+        for package in self.packages.registered:
             works |= package.works()
         return works
 
     def _start(self, line_id: str) -> None:
-        line, what = self._ports[line_id], f"a watch of line {line_id}"
+        line, what = self.served.ports[line_id], f"a watch of line {line_id}"
         line.start()
         watches = list(self._family_of(line_id).watches(line))  # all, or a fault has begun none
         with acting(POLL):
-            self._watches[line_id] = [supervise(what, watch) for watch in watches]
+            self.served.watches[line_id] = [supervise(what, watch) for watch in watches]
 
     async def _unwatch(self, line_id: str) -> None:
-        watches = self._watches.pop(line_id, [])
+        watches = self.served.watches.pop(line_id, [])
         for watch in watches:
             watch.cancel()
         await asyncio.gather(*watches, return_exceptions=True)
 
     def commission(self, line_id: str) -> Commissioning:
         """Lend the port of a line to questions about it; errors as of `port` and `Commissionings.start`."""
-        line, recorder = self.port(line_id), self.recorders[line_id]
+        line, recorder = self.port(line_id), self.history.recorders[line_id]
         table = next(line for line in self.config.lines if line.id == line_id)
-        return self.commissionings.start(
+        return self.works.commissionings.start(
             line,
             table,
-            lambda address: Recorded(self._open_transport(address), recorder),
+            lambda address: Recorded(self.served.open_transport(address), recorder),
             self._busy_on(line_id),
         )
 
@@ -258,20 +292,21 @@ class Plant:
             found = changes(self.config, config)
             served = self.config.model_copy(update={"lines": config.lines, **config.made()})
             do_each(
-                what, *(partial(self._ports[line_id].retire, CONFIGURED_ANEW) for line_id in gone)
+                what, *(partial(self.served.ports[line_id].retire, CONFIGURED_ANEW) for line_id in gone)
             )  # closed next
             for line_id in gone:
                 await self._remove(line_id)
             self.config = served
             try:
                 do_each(
-                    what, *(partial(self._add, wanted[line_id]) for line_id in wanted.keys() - self._ports)
+                    what,
+                    *(partial(self._add, wanted[line_id]) for line_id in wanted.keys() - self.served.ports),
                 ).or_raise()
             finally:  # a fault at one line keeps no other from being served, and it can be loaded again
-                for line_id in (line_id for line_id in wanted if line_id in self._ports):
-                    self._ports[line_id] = self._ports.pop(line_id)
-                insist(what, self.territory.forget)
-                self.on_lines()
+                for line_id in (line_id for line_id in wanted if line_id in self.served.ports):
+                    self.served.ports[line_id] = self.served.ports.pop(line_id)
+                insist(what, self.access.territory.forget)
+                self.served.on_change()
             do_each(what, partial(self.events.publish, "gateway.reloaded", SUBJECT, found))
 
     def _add(self, line: tables.LineTable) -> None:
@@ -305,26 +340,30 @@ class Plant:
         family = self._family_of(line_id)
         moving = [seen.subject.rpartition("/")[2] for seen in family.left_moving()]
         there = {part.address for part in map(self._part, moving) if part.line_id == line_id}
-        commissioned = [] if self.commissionings.current(line_id) is None else [f"the port of {line_id}"]
-        line = self._ports[line_id]
-        at_work = (address for package in (family, *self.extensions) for address in package.at_work(line))
+        commissioned = (
+            [] if self.works.commissionings.current(line_id) is None else [f"the port of {line_id}"]
+        )
+        line = self.served.ports[line_id]
+        at_work = (
+            address for package in (family, *self.packages.extensions) for address in package.at_work(line)
+        )
         return sorted({*there, *at_work, *commissioned})
 
     def _part(self, address: str) -> Part:
         """Find the part that a whole address means; if it was removed, only its line is known."""
-        return next(iter(self.territory.parts(address)), Part(address.partition(".")[0], address))
+        return next(iter(self.access.territory.parts(address)), Part(address.partition(".")[0], address))
 
     async def _remove(self, line_id: str) -> None:
         """Close a line for good: a retired line serves no request, whatever is left of it."""
-        family, line = self._family_of(line_id), self._ports[line_id]
+        family, line = self._family_of(line_id), self.served.ports[line_id]
         await do_in_turn(
             f"the end of line {line_id}",
             partial(self._unwatch, line_id),
-            partial(family.remove, line),
-            *(partial(extension.forget, line) for extension in self.extensions),
-            partial(asyncio.to_thread, self.recorders.pop(line_id).close),
+            *family.removing(line),
+            *(partial(extension.forget, line) for extension in self.packages.extensions),
+            partial(asyncio.to_thread, self.history.recorders.pop(line_id).close),
         )
-        del self._ports[line_id]
+        del self.served.ports[line_id]
 
     async def wind_down(self) -> None:
         """Let nothing begin any more, stop what would never end, and name what still moves, within seconds.
@@ -343,17 +382,16 @@ class Plant:
         Motors that `on_exit` leaves moving run on in the controllers; nothing more is sent.
         """
         what = "the end of the plant"
-        works = self.port_scans, self.commissionings, self.backups, self.comparisons, self.recordings
-        unwatching = (partial(self._unwatch, line_id) for line_id in list(self._watches))
+        unwatching = (partial(self._unwatch, line_id) for line_id in list(self.served.watches))
         await do_in_turn(
             what,
             self.wind_down,
-            *(work.close for work in works),
+            *(work.close for work in self.works.all()),
             self._stop_looking,
             *unwatching,
-            *(package.close for package in self.registered),
-            *(partial(asyncio.to_thread, recorder.close) for recorder in self.recorders.values()),
-            self.security.close,
+            *(deed for package in self.packages.registered for deed in package.closing()),
+            *(partial(asyncio.to_thread, recorder.close) for recorder in self.history.recorders.values()),
+            self.access.security.close,
         )
         if self._memory is not None:
             await self._memory.close()
@@ -361,22 +399,20 @@ class Plant:
     async def _stop_looking(self) -> None:
         """Raise no alarm any more, and look neither for holds nor for leases that are over."""
         self.alarms.closed = True
-        self.watch.close()
-        self.leases.close()
-        if self._watch_of_alarms is not None:
-            self._watch_of_alarms.cancel()
-            await asyncio.gather(self._watch_of_alarms, return_exceptions=True)
+        self.admission.watch.close()
+        self.access.leases.close()
+        await self._unwatch(OF_ALARMS)
 
     async def take_over(self, line_id: str, old: str) -> None:
         """Have a line from now on: what was its owner is thrown out by the terminal server as this connects.
 
         :raises NotSent: that cannot be written down; nothing has changed.
         """
-        epoch = self.ownership.take(line_id)
+        epoch = self.peers.ownership.take(line_id)
         do_each(f"the moves that {old} has begun", partial(self._go_on_with_moves, line_id, old))
         told = {
             "reason": f"a person has taken it over from {old}",
-            "owner": self.ownership.name,
+            "owner": self.peers.ownership.name,
             "epoch": epoch,
         }
         self.events.publish("line.owned", f"/lines/{line_id}", told)
@@ -387,31 +423,31 @@ class Plant:
         return [move for move in moves if self._part(move.body_id).line_id == line_id]
 
     def _move_logs(self) -> list[MoveLog[Any]]:
-        return [log for package in self.registered for log in package.move_logs()]
+        return [log for package in self.packages.registered for log in package.move_logs()]
 
     def _go_on_with_moves(self, line_id: str, old: str) -> None:
         """Follow what the last owner has begun, as after a restart."""
-        moves, logs = self.ownership.left_by(line_id, old), self._move_logs()
+        moves, logs = self.peers.ownership.left_by(line_id, old), self._move_logs()
         there = [move for move in moves if self._part(move["body_id"]).line_id == line_id]
         new = [move for move in there if not any(move["id"] in log for log in logs)]
-        since = f"gateway {self.ownership.name} took the line over from {old}"
-        for package in self.registered:
+        since = f"gateway {self.peers.ownership.name} took the line over from {old}"
+        for package in self.packages.registered:
             package.resume(new, {move["id"] for move in new}, since)
 
     def _port_lost(self, line_id: str) -> None:
         """A line with a spare is not opened again by itself: who has taken it over would be thrown out."""
-        owner = self.ownership.of(line_id)
-        if owner is not None and owner.gateway == self.ownership.name:
-            self.ownership.lose(line_id)
+        owner = self.peers.ownership.of(line_id)
+        if owner is not None and owner.gateway == self.peers.ownership.name:
+            self.peers.ownership.lose(line_id)
             self._tell_taken_over(line_id, LOST)
 
     def _line_taken_over(self, line_id: str, why: str) -> None:
-        if line_id in self._ports:
+        if line_id in self.served.ports:
             self._tell_taken_over(line_id, why)
-            self._ports[line_id].hand_over(why)
+            self.served.ports[line_id].hand_over(why)
 
     def _tell_taken_over(self, line_id: str, why: str) -> None:
-        owner = self.ownership.of(line_id)
+        owner = self.peers.ownership.of(line_id)
         if owner is not None:
             told = {"reason": why, "owner": owner.gateway, "epoch": owner.epoch}
             self.events.publish("line.taken_over", f"/lines/{line_id}", told)
@@ -430,14 +466,14 @@ class Plant:
 
     def _positions_named(self, address: str, names: Mapping[int, str]) -> None:
         told = {str(number): name for number, name in names.items()}
-        self.security.note(entries.POSITION_NAMED, address, names=told)
+        self.access.security.note(entries.POSITION_NAMED, address, names=told)
 
     async def _watch_alarms(self) -> None:
         """Note which causes are over, and raise what no event tells: a line that never was up."""
         while True:
             await asyncio.sleep(ALARMS_CHECK_S)
             self.alarms.note_ends()
-            for port in self._ports.values():
+            for port in self.served.ports.values():
                 if port.state in UNUSABLE and port.trouble is not None:
                     self.alarms.find(LINE_DOWN, f"/lines/{port.id}", reason=port.trouble)
 
@@ -450,27 +486,28 @@ class Plant:
             "; what waited is cancelled, and all lines are fenced" if suspended else "",
         )
         what, told = "the time after a suspension", {"seconds": round(seconds, 3), "cancelled": suspended}
-        do_each(what, partial(self.events.publish, "gateway.loop.held", SUBJECT, told))
+        tell = partial(self.events.publish, "gateway.loop.held", SUBJECT, told)
         if not suspended:
+            tell()
             return
         forgetting = (
-            deed for port in self._ports.values() for deed in (partial(port.revoke, HeldUp), port.fence)
+            deed for port in self.served.ports.values() for deed in (partial(port.revoke, HeldUp), port.fence)
         )
-        stopping = (family.was_left_alone for family in self.families.values())
-        insist(what, self.leases.expire, *forgetting, *stopping)
+        stopping = (family.was_left_alone for family in self.packages.families.values())
+        insist(what, tell, self.access.leases.expire, *forgetting, *stopping)
 
     def _tell_lease_taken(self, subject: str, lease: Lease) -> None:
         self.events.publish(f"{_what(subject)}.lease.taken", subject, lease)
 
     def _note_lease_taken(self, _: str, lease: Lease) -> None:
-        self.security.note(entries.LEASE_TAKEN, lease.scope, lease=lease.lease, ttl_s=lease.ttl_s)
+        self.access.security.note(entries.LEASE_TAKEN, lease.scope, lease=lease.lease, ttl_s=lease.ttl_s)
 
     def _tell_lease_ended(self, subject: str, lease: Lease, why: End) -> None:
         self.events.publish(f"{_what(subject)}.lease.{why}", subject, lease)
 
     def _note_lease_ended(self, _: str, lease: Lease, why: End) -> None:
         kind, by = entries.LEASE_ENDS[why], "gateway" if why == "expired" else None
-        self.security.note(kind, lease.scope, caller=by, lease=lease.lease, holder=lease.holder)
+        self.access.security.note(kind, lease.scope, caller=by, lease=lease.lease, holder=lease.holder)
 
     def _stop_without_holder(self, lease: Lease, parts: Sequence[Part]) -> None:
         """Stop what would never end without the holder of a lease; moves go on to their ends."""
@@ -478,17 +515,17 @@ class Plant:
         with acting(Origin(f"gateway: {what}")):
             ends = (
                 partial(family.end_motion, everything=False, within=parts)
-                for family in self.families.values()
+                for family in self.packages.families.values()
             )
             insist(what, *ends)
 
     def _recordings(self) -> Recordings:
-        registered, journal, wanted = self.registered, self.journal, self.config.recordings
+        registered, journal, wanted = self.packages.registered, self.journal, self.config.recordings
         taken = RecordedSpan(
             events=self.events,
-            recorders=self.recorders,
-            requests=self.requests,
-            states=self.states,
+            recorders=self.history.recorders,
+            requests=self.history.requests,
+            states=self.history.states,
             configuration=self._recorded_configuration,
             trajectories=lambda: (
                 trajectory for source in registered for trajectory in source.trajectories()
@@ -536,26 +573,28 @@ class Plant:
 
     def family(self, kind: Callable[..., F]) -> F:
         """All controllers of one kind, or all that an extension has made; `kind` is a class, or a base."""
-        found: F = next(package for package in self.registered if isinstance(package, cast("type[F]", kind)))
+        found: F = next(
+            package for package in self.packages.registered if isinstance(package, cast("type[F]", kind))
+        )
         return found
 
     def ports(self) -> dict[str, AnyLine]:
         """All lines, by their ids in the order of the configuration."""
-        return dict(self._ports)
+        return dict(self.served.ports)
 
     def port(self, line_id: str) -> AnyLine:
         """Find a line.
 
         :raises NotFound: there is none of this id.
         """
-        if line_id not in self._ports:
-            raise none_such("line", line_id, self._ports, "GET /lines lists them.")
-        return self._ports[line_id]
+        if line_id not in self.served.ports:
+            raise none_such("line", line_id, self.served.ports, "GET /lines lists them.")
+        return self.served.ports[line_id]
 
     def info(self, line_id: str) -> PortInfo:
         """Tell the state of a line; errors as of `port`."""
         told = self._family_of(line_id).info(self.port(line_id))
-        if (owner := self.ownership.of(line_id)) is not None:
+        if (owner := self.peers.ownership.of(line_id)) is not None:
             told["owner"] = {"gateway": owner.gateway, "epoch": owner.epoch}
         return told
 
@@ -565,7 +604,7 @@ class Plant:
 
     def _family_of(self, line_id: str) -> Family:
         self.port(line_id)
-        return next(self.families[line.protocol] for line in self.config.lines if line.id == line_id)
+        return next(self.packages.families[line.protocol] for line in self.config.lines if line.id == line_id)
 
     def target(self, path: str) -> Target:
         """Find what commands are addressed to, such as `/bodies/3F`, `/robots/r1/units/1` or `/lines/arm`.
@@ -575,7 +614,7 @@ class Plant:
         collection, *names = path.removeprefix("/").split("/")
         if collection == "lines":
             return self._family_of(names[0]).link_of(names[0])
-        for package in self.registered:
+        for package in self.packages.registered:
             if collection in package.collections:
                 return package.target(collection, names)
         raise NotFound(f"There is no {as_given(path)}; nothing was sent.")
@@ -586,7 +625,7 @@ class Plant:
         :raises NotFound: there is no such thing.
         :raises Ambiguous: it fits several lines.
         """
-        for package in self.registered:
+        for package in self.packages.registered:
             for collection in package.collections:
                 with suppress(NotFound):
                     return package.target(collection, address.split("/"))
@@ -604,7 +643,7 @@ class Plant:
     def _latched(self, address: str) -> Latched | None:
         if not self.config.server.latch:
             return None
-        parts = self.territory.parts(address)
+        parts = self.access.territory.parts(address)
         return self.alarms.latched([SUBJECT.removeprefix("/"), *(part.address for part in parts)])
 
     def _latch(self, line: AnyLine) -> Guard[Any]:
@@ -618,7 +657,7 @@ class Plant:
 
     def addresses(self) -> set[str]:
         """All addresses by which events can be wanted."""
-        return {address for package in self.registered for address in package.addresses()}
+        return {address for package in self.packages.registered for address in package.addresses()}
 
 
 def _what(subject: str) -> str:

@@ -21,16 +21,15 @@ from pydantic import Field
 from gateway.core.aside import aside
 from gateway.core.errors import NotFound
 from gateway.core.events import Event, EventHub
-from gateway.core.ids import hex_digits
 from gateway.core.journal.writes import Value
+from gateway.core.origin import hex_digits
 from gateway.core.records import Record, request_id_field
-from gateway.core.waiting import happens
+from gateway.core.times import happens
 from gateway.core.works import CutOff, Jobs
 from gateway.families import registered
 from gateway.version import VERSION
 from recordings import form
-from transports.history import History, Piece
-from transports.recorder import Recorder, clocks
+from transports.recorder import History, Piece, Recorder, clocks
 from transports.trace import Record as TraceRecord
 from transports.trace import TraceEntry, escape
 

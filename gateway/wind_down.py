@@ -11,7 +11,7 @@ from gateway.core.admission import Admission
 from gateway.core.errors import GatewayEnding
 from gateway.core.family import AnyLine, Registered, Site
 from gateway.core.origin import Origin, acting
-from gateway.core.supervisor import do_each, do_in_turn, insist, supervise, supervised
+from gateway.core.supervisor import do_in_turn, insist, supervise, supervised
 
 log = logging.getLogger(__name__)
 
@@ -57,17 +57,16 @@ class WindDown:
             self._limit.reschedule(asyncio.get_running_loop().time() + HURRY_S)
 
     async def _wind_down(self) -> None:
-        insist(WHAT, self._admission.end)
-        told = {"on_exit": self._on_exit}
-        do_each(WHAT, partial(self._events.publish, "gateway.shutting_down", SUBJECT, told))
+        tell = partial(self._events.publish, "gateway.shutting_down", SUBJECT, {"on_exit": self._on_exit})
         revoking = (partial(line.revoke, GatewayEnding) for line in self._lines)
-        insist(WHAT, *revoking, *(partial(self._end_motion, package) for package in self._registered))
+        ending = (partial(self._end_motion, package) for package in self._registered)
+        insist(WHAT, self._admission.end, tell, *revoking, *ending)
         with suppress(TimeoutError):
             async with asyncio.timeout(self._patience_s) as self._limit:
                 await asyncio.gather(*(supervised(WHAT, package.at_rest) for package in self._registered))
         self._limit = None
-        do_each(WHAT, self._name_what_moves)
-        await do_in_turn(WHAT, *(package.let_go for package in self._registered))
+        letting_go = (deed for package in self._registered for deed in package.letting_go())
+        await do_in_turn(WHAT, self._name_what_moves, *letting_go)
 
     def _end_motion(self, package: Registered) -> None:
         self._stops += package.end_motion(everything=self._on_exit == "stop")

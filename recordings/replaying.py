@@ -126,7 +126,7 @@ class Replay:
         """The requests, with their times in this replay."""
         self.plant = plant_class(config, open_transport=self._open, rng=_Dice(self.ports.values()))
         for port in self.ports.values():
-            recorder = self.plant.recorders[port.line.line_id]
+            recorder = self.plant.history.recorders[port.line.line_id]
             recorder.clocks = _clocks
             port.sender = partial(getattr, recorder, "sender")
             port.on_difference = self.over.set
@@ -134,7 +134,7 @@ class Replay:
     @property
     def said(self) -> dict[str, list[TraceEntry]]:
         """The records of the lines of this replay."""
-        recorders = ((line_id, self.plant.recorders[line_id]) for line_id in self._dialects)
+        recorders = ((line_id, self.plant.history.recorders[line_id]) for line_id in self._dialects)
         return {
             line_id: [
                 TraceEntry.of(record) for piece in recorder.history.pieces() for record in piece.records()
@@ -174,7 +174,7 @@ class Replay:
         unanswered = sorted(
             {str(frame) for port in self.ports.values() for frame in getattr(port, "unanswered", ())}
         )
-        frames = sum(self.plant.recorders[line_id].recorded for line_id in self._dialects)
+        frames = sum(self.plant.history.recorders[line_id].recorded for line_id in self._dialects)
         return Replayed(found, frames, len(self.script.requests), unanswered)
 
     async def _settle(self) -> None:

@@ -191,7 +191,7 @@ class Playback:
         self.states = {"/recordings": {"recordings": [self._itself]}}
         self.plant.events.resume(self.manifest.epoch, {}, self._first_event - 1, [])
         for line_id in self.manifest.lines:
-            self.plant.recorders[line_id] = Recorder(100_000)
+            self.plant.history.recorders[line_id] = Recorder(100_000)
 
     def _of_events(self, recording: Recording) -> Iterator[_Told]:
         for _, line in recording.lines(EVENTS):
@@ -219,7 +219,7 @@ class Playback:
                 yield _Told(self._seconds(entry.monotonic_ns), partial(self._record, line_id, entry))
 
     def _record(self, line_id: str, entry: TraceEntry) -> None:
-        recorder = self.plant.recorders[line_id]
+        recorder = self.plant.history.recorders[line_id]
         recorder.clocks = lambda: (wall_ns(entry.at), entry.monotonic_ns)
         recorder.sender = entry.caller, entry.request_id
         recorder.record(entry.kind, entry.data)

@@ -14,8 +14,8 @@ from app.data_directory import Data, data_directory
 from app.exits import Failure
 from gateway.core.journal import files
 from gateway.core.journal.disk import DiskFailed, NotWritable
-from gateway.core.journal.retention import Retention
 from gateway.core.journal.schema import VERSION
+from gateway.core.journal.writes import Retention
 
 journal = typer.Typer(
     help="Look after the journal of a gateway; a gateway may be writing it.", no_args_is_help=True

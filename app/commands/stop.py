@@ -9,7 +9,7 @@ from app.client import LOCAL, Client, Json, KeyFile, Url, exit_of_stop
 from app.exits import Failure
 from app.output import json_text
 from app.targets import find, numbered
-from gateway.core.spelling import spelled
+from gateway.core.parts import spelled
 
 StopMode = Literal["decelerate", "immediate"]
 """Modes of a stop, as in `gateway.core.stops`, which takes long to load: no stop waits for that."""

@@ -4,7 +4,7 @@ from collections.abc import Collection
 from itertools import islice
 
 from gateway.core.errors import InvalidRequest, NotFound
-from gateway.core.spelling import numbered_address, spelled
+from gateway.core.parts import numbered_address, spelled
 from protocols.wording import as_given
 
 MOST_LISTED = 32

@@ -17,12 +17,11 @@ from gateway import texts
 from gateway.core import numbers
 from gateway.core.errors import GatewayError, NotFound
 from gateway.core.events import Event, EventHub
-from gateway.core.move_log import new_id
-from gateway.core.next_calls import ALARMS, NextCall, filled_in, post
-from gateway.core.origin import current
+from gateway.core.next_calls import ALARMS, NextCall, filled_in, get, post
+from gateway.core.origin import current, new_id
 from gateway.core.records import Record
 from gateway.core.rights import Right
-from gateway.texts import Text
+from gateway.texts import Text, text
 from protocols.wording import as_given
 
 HISTORY: Final = 1000
@@ -476,3 +475,43 @@ def _facts_of_move(record: Facts) -> Facts:
         "remedy": error.get("remedy") or _LOOK,
         "code": error.get("controller_error"),
     }
+
+
+RESTORE: Final = get("{subject}/restores/{restore_id}", "restore")
+
+
+def causes_of_restores(what: str, manual: str) -> Iterator[Cause]:
+    """The ways in which a restore of a body, a robot or a line ends badly."""
+    for how in ("failed", "differs"):
+        name = f"{what}.restore.{how}"
+        yield Cause(name, name, words_of(f"restore.{how}"), manual, (RESTORE,), facts=_facts)
+
+
+def _facts(record: Facts) -> Facts:
+    return {
+        "restore_id": record["id"],
+        "request_id": record["request_id"],
+        "detail": (record["error"] or {}).get("detail", ""),
+    }
+
+
+COMPARE: Final = post("{subject}/comparisons", Right.SETUP, "compare-last-night", nightly="last")
+
+
+def facts_of_power_loss(loss: Facts) -> Facts:
+    """Give the words that follow from its being `certain`."""
+    how = "certain" if loss["certain"] else "likely"
+    return {
+        **loss,
+        **{phrase: text(f"phrases.power-loss.{how}.{phrase}") for phrase in ("lost", "had_lost", "so")},
+    }
+
+
+def swapped(what: str, manual: str) -> CauseKind[Any]:
+    """The alarm of a body or a robot that came back otherwise than it was: it may be another controller."""
+    return CauseKind(f"{what}.swapped", manual, (COMPARE,), facts=_facts_of_swap, words="swapped")
+
+
+def _facts_of_swap(swap: Facts) -> Facts:
+    how = "certain" if swap["certain"] else "likely"
+    return {**swap, "first": swap["told"][0], "who": text(f"phrases.swap.{how}")}

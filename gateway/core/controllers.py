@@ -1,7 +1,7 @@
 """A family with one controller on each of its lines: all that such families do alike."""
 
 import asyncio
-from collections.abc import Awaitable, Collection, Iterator, Mapping, Sequence
+from collections.abc import Awaitable, Collection, Iterable, Iterator, Mapping, Sequence
 from functools import partial
 from typing import Any, ClassVar, Generic, Protocol, TypeVar
 
@@ -12,7 +12,7 @@ from gateway.core.move_log import MoveLog
 from gateway.core.move_record import RESTARTED
 from gateway.core.parts import Part
 from gateway.core.stops import StopMode
-from gateway.core.supervisor import do_each, do_in_turn, insist
+from gateway.core.supervisor import Deed, do_each, insist
 from gateway.core.targets import Stopped, stopped
 
 
@@ -34,8 +34,8 @@ class Controller(Protocol):
     def moves_under_way(self) -> Sequence[str]:
         """The ids of its moves that are not over."""
 
-    async def close(self) -> None:
-        """End all work, and close the line."""
+    def closing(self) -> Iterable[Deed]:
+        """Name what ends all its work, and closes the line."""
 
 
 C = TypeVar("C", bound=Controller)
@@ -77,11 +77,10 @@ class Controllers(Family, Generic[C]):
         [found] = (controller for controller in self.every() if controller.line is line)
         return found
 
-    async def remove(self, line: Any) -> None:
-        """Close a line, and forget what is on it."""
-        for controller in [controller for controller in self.every() if controller.line is line]:
-            await controller.close()
-            del self._all[controller.id]
+    def removing(self, line: Any) -> Iterable[Deed]:
+        """Name what closes a line, and forgets what is on it."""
+        gone = self.on_line(line)
+        return *gone.closing(), partial(self._all.pop, gone.id, None)
 
     def addresses(self) -> Iterator[str]:
         """Their ids."""
@@ -149,14 +148,13 @@ class Controllers(Family, Generic[C]):
                     self.kind, f"/{self.collections[0]}/{controller.id}", why, next(iter(moves), None)
                 )
 
-    async def let_go(self) -> None:
+    def letting_go(self) -> Iterable[Deed]:
         """Give the waiters for moves what is known now."""
-        self.moves.let_go()
+        return (self.moves.let_go,)
 
-    async def close(self) -> None:
+    def closing(self) -> Iterable[Deed]:
         """End all work and close the lines."""
-        closing = (controller.close for controller in self.every())
-        await do_in_turn(f"the end of all {self.collections[0]}", *closing, self.moves.close)
+        return *(deed for controller in self.every() for deed in controller.closing()), self.moves.close
 
 
 def _moves(controller: Controller) -> bool:

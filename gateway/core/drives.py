@@ -5,7 +5,7 @@ A family of them brings its rows, its line and what a status means; the moves, j
 
 import asyncio
 from abc import abstractmethod
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import suppress
 from datetime import UTC, datetime
 from functools import partial
@@ -17,22 +17,19 @@ from gateway.core.controllers import Controllers
 from gateway.core.errors import BodyBusy, GatewayError, NoReply, NotSent, restarted_in_motion
 from gateway.core.event_types import EventType, LeftMoving, lease_types, move_types, news_types
 from gateway.core.events import Event
-from gateway.core.exchange import Exchange
+from gateway.core.exchange import Exchange, Lane
 from gateway.core.family import Site, Watch
 from gateway.core.jogs import Jog, Jogging, JogNews, JogOutOfReach, JogOver, Jogs
 from gateway.core.journal.intents import OF_MOVES
-from gateway.core.lanes import Lane
 from gateway.core.line import LineDriver
 from gateway.core.line_state import LineState
-from gateway.core.move_log import new_id
 from gateway.core.move_record import RESTARTED, START_WITHIN_S, MoveRecord, MoveStatus
-from gateway.core.move_runs import Beginning, MoveRuns
+from gateway.core.move_runs import Beginning, MoveRuns, Silence
 from gateway.core.next_calls import NextCall
 from gateway.core.operation import Rows, taking
-from gateway.core.origin import working
+from gateway.core.origin import new_id, working
 from gateway.core.records import Record
 from gateway.core.rights import Right
-from gateway.core.silence import Silence
 from gateway.core.stops import (
     CONFIRM_WITHIN_S,
     RECORD_WITHIN_S,
@@ -43,7 +40,7 @@ from gateway.core.stops import (
     StopState,
     StopsUnderWay,
 )
-from gateway.core.supervisor import do_in_turn
+from gateway.core.supervisor import Deed
 from gateway.core.targets import BegunMoves, CommandReplies, Opened, Stopped, Target, stopped
 from gateway.core.verdicts import (
     MOTOR,
@@ -225,9 +222,9 @@ class Drive(Target):
             if self.online and self.move is None:
                 await self.stands_still()
 
-    async def close(self) -> None:
+    def closing(self) -> Iterable[Deed]:
         """End its jogs and stops, and close the line."""
-        await do_in_turn(f"the end of {self.id}", self.jogs.close, self.stops.close, self.line.close)
+        return self.jogs.close, self.stops.close, self.line.close
 
     # asked for
 

@@ -16,11 +16,10 @@ from pydantic_core import from_json, to_json
 
 from gateway.core.addresses import canonical_address
 from gateway.core.errors import InvalidRequest
-from gateway.core.event_ring import EventRing, KeptEvent
+from gateway.core.event_ring import EventRing, KeptEvent, Turn, Turns
 from gateway.core.live import Live, Watch
 from gateway.core.supervisor import Observers
-from gateway.core.turns import Turn, Turns
-from gateway.core.waiting import happens
+from gateway.core.times import happens
 
 log = logging.getLogger(__name__)
 

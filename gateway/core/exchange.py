@@ -3,16 +3,65 @@
 import asyncio
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Hashable
+from contextvars import ContextVar
 from dataclasses import dataclass, field
-from enum import Enum, auto
+from enum import Enum, IntEnum, auto
 from typing import Any, Generic, NamedTuple, TypeVar
 
-from gateway.core.errors import Expired, GatewayError, NoReply
-from gateway.core.lanes import QUESTIONS, Lane
+from gateway.core.errors import Expired, GatewayError, NoReply, QueueFull
 from gateway.core.origin import Origin, current
-from gateway.core.sequence_lock import Series
 from protocols.members import at_hand
 from protocols.table import Command, Retry
+
+
+@at_hand
+class Lane(IntEnum):
+    """Priority on a line: the lower number goes first."""
+
+    STOP = 0
+    VERIFY = 1
+    """Questions a motor waits for: whether a stop has worked, and what is to be known before a move."""
+    COMMAND = 2
+    STOP_REPEAT = 3
+    """Stops repeated to a body that has not answered the last one and may be dead."""
+    READ = 4
+    BACKGROUND = 5
+    """Questions of the gateway itself: health, and whether a motor still runs."""
+
+
+STOPS = (Lane.STOP, Lane.STOP_REPEAT)
+QUESTIONS = (Lane.READ, Lane.VERIFY, Lane.BACKGROUND)
+IMPATIENT = (Lane.COMMAND, Lane.READ, Lane.BACKGROUND)
+"""Lanes whose exchanges expire; each gets a turn before that."""
+
+QUEUE_LIMIT = 64
+"""Exchanges that may wait for one body, or robot, in one lane."""
+
+
+def require_room(waiting: int, waits_for: str) -> None:
+    """Turn away what would wait too long.
+
+    :raises QueueFull: as many as may wait do so already.
+    """
+    if waiting >= QUEUE_LIMIT:
+        raise QueueFull(
+            f"{QUEUE_LIMIT} requests wait for this {waits_for} already; nothing was sent.", "Try again later."
+        )
+
+
+@dataclass(eq=False, slots=True)
+class Series:
+    """The frames of a holder of one or more sequence locks. A stop ends it: the rest is not written."""
+
+    epochs: dict[int, int] = field(default_factory=dict)
+    """The epochs of its targets at its beginning, where it has to end with them."""
+
+
+SERIES: ContextVar[Series | None] = ContextVar("series", default=None)
+
+current_series = SERIES.get
+"""The series that a lock is held for here and now."""
+
 
 C = TypeVar("C", bound=Command[Any])
 """A family's commands."""
@@ -45,22 +94,29 @@ class More(Enum):
 
 
 @dataclass(eq=False, slots=True)
-class Proof:
-    """The proof that a motion may be written: all it depends on was asked and answered, with no doubt since.
+class ExpectedReply:
+    """The reply that a command waits for: its names and its time, and what has come in its place."""
 
-    The question that shows a loss of power is asked last, and the motion follows at once.
-    """
+    timeout_s: float = 0.5
+    """Seconds from the frame's last bit to the reply's deadline."""
+    repeats: int = 0
+    """Times that the session may repeat the command, each after a passed fence."""
+    names: tuple[Hashable, ...] = ()
+    """The names it may have: only what was said by one of them could be taken for it."""
+    self_identifying: bool = False
+    """True if it carries a number of its own, so that a late one can be taken for nothing else."""
+    due_at: float = 0.0
+    """Time at which it, or the next part of it, was expected."""
+    deadline: float | None = None
+    """Time after which it is overdue: `due_at`, later once a part has come; None for any time."""
+    doubt: NoReply | None = None
+    """Why there is no usable one, until a fence has shown whether one still comes."""
+    late: Any = None
+    """Outcome that came before that fence, once or more often."""
 
-    doubts: int
-    """`Session.doubts` before the first question."""
-    last: int = 0
-    """The number of the frame that asked the last question."""
-    holds_until: float = 0.0
-    """Time at which the answer to it would have been overdue."""
-
-    def note_asked(self, number: int, deadline: float) -> None:
-        """The last question has been put, as far as is known."""
-        self.last, self.holds_until = number, deadline
+    def await_until(self, deadline: float | None) -> None:
+        """Set the time at which it, or the next part of it, is overdue."""
+        self.deadline, self.due_at = deadline, deadline or 0.0
 
 
 @dataclass(eq=False, slots=True)
@@ -76,22 +132,9 @@ class Exchange(ABC, Generic[C, F, O]):
     """The target's epoch at admission: a later stop forbids the write."""
     expires_at: float | None = None
     """Time after which it must not be written any more: the latest that a waiter allows."""
-    timeout_s: float = 0.5
-    """Seconds from the frame's last bit to the reply's deadline."""
-    repeats: int = 0
-    """Times that the session may repeat it, each after a passed fence."""
     rank: int = 0
     """Rank within the queue of its target: the lower goes first, and of equal ones the first."""
-    self_identifying: bool = False
-    """True if its reply carries a number of its own, so that a late one can be taken for nothing else."""
-    reply_names: tuple[Hashable, ...] = ()
-    """The names its replies may have: only what was said by one of them could be taken for its own."""
-    fresh: bool = False
-    """True if no copy of an earlier reply may be taken for its own."""
-    needs: Proof | None = None
-    """Proof that has to hold for it to be written."""
-    proves: Proof | None = None
-    """Proof whose last part its reply is."""
+    reply: ExpectedReply = field(default_factory=ExpectedReply)
     on_written: Callable[[float], None] | None = None
     intent: str | None = None
     """Id of its intent in the journal, once that is written."""
@@ -102,14 +145,6 @@ class Exchange(ABC, Generic[C, F, O]):
     """The waiters, and the deadline of each for the write."""
     number: int = 0
     """The place of its frame among all that were written."""
-    due_at: float = 0.0
-    """Time at which its reply, or the next part of it, was expected."""
-    deadline: float | None = None
-    """Time after which the reply is overdue: `due_at`, later once a part has come; None for any time."""
-    doubt: NoReply | None = None
-    """Why there is no usable reply, until a fence has shown whether one still comes."""
-    late_answer: O | NoReply | None = None
-    """Reply that came before that fence, once or more often."""
 
     @abstractmethod
     def credit(self, frame: F, now: float) -> O | More | None:
@@ -164,24 +199,18 @@ class Exchange(ABC, Generic[C, F, O]):
         ]
         for waiter in late:
             del self.waiters[waiter]
-            _give(waiter, self.doubt or Expired())
+            _give(waiter, self.reply.doubt or Expired())
         return self.expires_at is not None and self.expires_at <= now
 
     def withdraw(self, reason: GatewayError) -> None:
         """Withdraw it, before it is written or written again: then it is known only that no reply came."""
-        self.settle(self.doubt or reason)
+        self.settle(self.reply.doubt or reason)
 
     def settle(self, outcome: O | GatewayError) -> None:
         """Give the outcome to all waiters that are left."""
         for waiter in self.waiters:
             _give(waiter, outcome)
         self.waiters.clear()
-
-    # on the wire
-
-    def await_until(self, deadline: float | None) -> None:
-        """Set the time at which its reply, or the next part of it, is overdue."""
-        self.deadline, self.due_at = deadline, deadline or 0.0
 
 
 def remedy_of(command: Command[Any]) -> str:

@@ -15,7 +15,6 @@ from gateway.core.alarms import Cause
 from gateway.core.errors import NotFound
 from gateway.core.event_types import EventType
 from gateway.core.events import EventHub
-from gateway.core.kept_works import DurableJobs
 from gateway.core.known import FactStore
 from gateway.core.line import LineDriver
 from gateway.core.line_state import LineState
@@ -25,7 +24,9 @@ from gateway.core.operation import DocumentSection, RouteWords, Rows
 from gateway.core.parts import Part
 from gateway.core.records import Record
 from gateway.core.stops import Report, StopMode
+from gateway.core.supervisor import Deed
 from gateway.core.targets import Stopped, Target
+from gateway.core.works import DurableJobs
 from gateway.texts import text
 from protocols.table import Command
 from transports.base import Transport
@@ -246,12 +247,15 @@ class Registered(ABC):
         """Wait for the stops of the end, and for refusals of moves."""
 
     @abstractmethod
-    async def let_go(self) -> None:
-        """Give the waiters for moves what is known now."""
+    def letting_go(self) -> Iterable[Deed]:
+        """Name what gives waiters for long work and moves what is known now; each may be done twice."""
 
     @abstractmethod
-    async def close(self) -> None:
-        """End all work, and close what lines it has; the motors keep doing what they do."""
+    def closing(self) -> Iterable[Deed]:
+        """Name what ends all work and closes lines; the motors keep doing what they do.
+
+        Each may be done twice.
+        """
 
 
 class Family(Registered):
@@ -289,8 +293,8 @@ class Family(Registered):
         """Build a line, and everything on it, as `table` of `line_table` says."""
 
     @abstractmethod
-    async def remove(self, line: Any) -> None:
-        """Close one of its lines, and forget everything on it but the records of its moves."""
+    def removing(self, line: Any) -> Iterable[Deed]:
+        """Name what closes one of its lines, and forgets everything on it but the records of its moves."""
 
     def link_of(self, line_id: str) -> Target:
         """Find the part that answers for a line as a whole.

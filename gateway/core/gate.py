@@ -5,8 +5,7 @@ from collections.abc import Callable
 from typing import Generic
 
 from gateway.core.errors import Expired, GatewayError, Overtaking, StoppedFirst
-from gateway.core.exchange import X
-from gateway.core.lanes import Lane
+from gateway.core.exchange import Lane, X
 from protocols.table import Effect
 
 Guard = Callable[[X, float], GatewayError | None]

@@ -6,16 +6,18 @@ was held up for longer than its lease writes nothing. Stops and reads need none.
 """
 
 import asyncio
+import os
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
+from pathlib import Path
 from typing import Any, Final, Literal, Protocol
 
 from pydantic import Field
 
+from gateway.core.admission import boot_time
 from gateway.core.errors import GatewayError, NotAllowed, NotFound, NotSent
 from gateway.core.exchange import Exchange
-from gateway.core.loop_watch import boot_time
 from gateway.core.origin import Claim
 from gateway.core.parts import Part
 from gateway.core.records import Record
@@ -23,6 +25,56 @@ from gateway.core.supervisor import Observers, insist
 from gateway.texts import Text, text
 from protocols.table import Effect
 from protocols.wording import as_given
+
+FILE: Final = "lease-tokens"
+AHEAD: Final = 1000
+"""Tokens that are written down as given at once, so that not each takes a write."""
+
+
+class LeaseTokens:
+    """Numbers that are given once. Without a directory they begin anew with each gateway."""
+
+    def __init__(self, directory: Path | None = None) -> None:
+        self._path = None if directory is None else directory / FILE
+        self._next = 1
+        self._end = 1
+        self._writing = asyncio.Lock()
+
+    async def next(self) -> int:
+        """Give the next number, which is written down as given before.
+
+        :raises NotSent: that cannot be done.
+        """
+        async with self._writing:
+            if self._next >= self._end:
+                try:
+                    self._next, self._end = await asyncio.to_thread(self._reserve)
+                except (OSError, ValueError) as error:
+                    raise NotSent(
+                        f"No lease was given: its token cannot be written down ({error}).",
+                        "Make room in the data directory, or mend the file of tokens.",
+                    ) from error
+            given, self._next = self._next, self._next + 1
+            return given
+
+    def _reserve(self) -> tuple[int, int]:
+        if self._path is None:
+            return self._end, self._end + AHEAD
+        self._path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
+        first = int(self._path.read_text("ascii")) if self._path.exists() else 1
+        new = self._path.with_suffix(".new")
+        with new.open("w", encoding="ascii") as file:
+            file.write(str(first + AHEAD))
+            file.flush()
+            os.fsync(file.fileno())
+        new.replace(self._path)
+        directory = os.open(self._path.parent, os.O_RDONLY)
+        try:
+            os.fsync(directory)
+        finally:
+            os.close(directory)
+        return first, first + AHEAD
+
 
 LONGEST_S: Final = 30.0
 """Longest duration of a lease that is not renewed, in seconds."""

@@ -15,7 +15,6 @@ from math import inf
 from typing import Any, Generic, Protocol, TypeVar, cast
 
 from gateway.core.admission import Admission
-from gateway.core.echo import ECHOING, PAUSE_S, EchoPauses
 from gateway.core.errors import (
     Cancelled,
     GatewayError,
@@ -25,19 +24,19 @@ from gateway.core.errors import (
     PortNotOpen,
     StoppedFirst,
 )
-from gateway.core.exchange import F, X
+from gateway.core.exchange import F, Lane, Series, X
+from gateway.core.false_replies import ECHOING, PAUSE_S, EchoPauses
 from gateway.core.journal.intents import Intents
-from gateway.core.lanes import Lane
 from gateway.core.line_state import LineState, PortAction, PortLife, PortNews, PortState
 from gateway.core.origin import ORIGIN, PROBE, SET_UP, acting, current
-from gateway.core.sequence_lock import SequenceLock, Series, all_held
+from gateway.core.sequence_lock import SequenceLock, all_held
 from gateway.core.session import Session
 from gateway.core.supervisor import do_each, supervise
-from gateway.core.trace_filter import FrameSubject
 from protocols.lines import Garbage
 from protocols.table import Effect
 from transports.base import Transport, TransportError, TransportLost, TransportRefused
 from transports.recorder import Recorder
+from transports.trace import FrameSubject
 
 log = logging.getLogger(__name__)
 
@@ -106,10 +105,11 @@ class PortPace:
 class EarliestTimer:
     """One timer, at the earliest moment that anything is due."""
 
-    __slots__ = ("_handle", "_ring", "due_at")
+    __slots__ = ("_handle", "_ring", "_survive", "due_at")
 
-    def __init__(self, ring: Callable[[], None]) -> None:
-        self._ring = ring
+    def __init__(self, ring: Callable[[], None], survive: Callable[[Exception], None]) -> None:
+        """`survive` is called with a fault of the gateway itself that `ring` has met."""
+        self._ring, self._survive = ring, survive
         self._handle: asyncio.TimerHandle | None = None
         self.due_at = 0.0
 
@@ -125,7 +125,10 @@ class EarliestTimer:
 
     def _fire(self) -> None:
         self._handle = None
-        self._ring()
+        try:
+            self._ring()
+        except Exception as fault:
+            self._survive(fault)
 
 
 class PortLoop(ABC):
@@ -147,7 +150,7 @@ class PortLoop(ABC):
         self.byte_time_s = transport.byte_time_s
         """Seconds one byte takes on the wire; 0.0 where that does not pace the gateway."""
         self._wire = PortPace()
-        self._timer = EarliestTimer(self._wake)
+        self._timer = EarliestTimer(self._wake, self._survive)
         self._attention = asyncio.Event()
         """Set while a set-up is due, and when the port was lost."""
         self._tasks: list[asyncio.Task[None]] = []
@@ -251,15 +254,6 @@ class PortLoop(ABC):
         return self._life.why
 
     @property
-    def _open(self) -> bool:
-        return self._life.is_open
-
-    @property
-    def _ready(self) -> bool:
-        """True while others than the set-up may ask."""
-        return self._life.is_set_up
-
-    @property
     def _set_up_due(self) -> bool:
         return self._attention.is_set()
 
@@ -307,10 +301,10 @@ class PortLoop(ABC):
     async def _serve_until_lost(self) -> bool:
         """Serve the port until it is lost; say whether the line was ready. If not, the next try is later."""
         was_ready, fresh = False, True
-        while self._open:
+        while self._life.is_open:
             self._attention.clear()
             await self._set_up(fresh=fresh)
-            was_ready, fresh = was_ready or self._ready, False
+            was_ready, fresh = was_ready or self._life.is_set_up, False
             await self._attention.wait()
         return was_ready
 
@@ -323,7 +317,7 @@ class PortLoop(ABC):
         level: int = logging.WARNING,
     ) -> None:
         reason = why.removesuffix("Nothing was sent.").rstrip(" .")  # sentences say so themselves
-        changed = self._open or reason != self.down_reason
+        changed = self._life.is_open or reason != self.down_reason
         action = self._life.take(news, reason)
         self._wire.all_answered, self._wire.stuck_since = False, None
         self._break_off(self.down_reason)
@@ -339,7 +333,7 @@ class PortLoop(ABC):
     def _came_up(self, facts: dict[str, object]) -> None:
         """Note that controllers answer and are set up; told once, until the line is down or silent."""
         action = self._life.take(PortNews.ANSWERED)
-        if self._open:
+        if self._life.is_open:
             log.info("line %s is up", self.id)
         self._tell_of(action, facts)
 
@@ -378,7 +372,7 @@ class PortLoop(ABC):
         wire = self._wire
         wire.heard_at = wire.free_at
         patience_ends_at = wire.free_at + patience_s
-        while self._open:
+        while self._life.is_open:
             rest_s = min(wire.heard_at + SILENCE_S, patience_ends_at) - self._loop.time()
             if rest_s <= 0:
                 return
@@ -393,7 +387,7 @@ class PortLoop(ABC):
         """
         wire = self._wire
         if now < wire.free_at and not (wire.all_answered and self.transport.is_bridged):
-            self._wake_at(wire.free_at)
+            self._timer.set(wire.free_at)
             return False
         if wire.all_answered or self.transport.unsent() == 0:
             wire.stuck_since = None
@@ -403,7 +397,7 @@ class PortLoop(ABC):
         if now - wire.stuck_since > self.transport.stuck_s:
             self._went_down(f"{self.transport.address} takes no bytes")
         else:
-            self._wake_at(now + 0.001)
+            self._timer.set(now + 0.001)
         return False
 
     def _send(self, frame: bytes, now: float) -> bool:
@@ -422,27 +416,22 @@ class PortLoop(ABC):
 
     # time
 
-    def _wake_at(self, at: float) -> None:
-        self._timer.set(at)
-
-    def _note_hold(self, now: float) -> None:
+    def _note_hold(self, held_s: float) -> None:
         """Move all deadlines by the time for which the loop was held: in it no reply could be read."""
-        wire, held_s = self._wire, self.admission.held_s(now)
-        if held_s > wire.held_s:
-            longer_s, wire.held_s = held_s - wire.held_s, held_s
-            if wire.stuck_since is not None:
-                wire.stuck_since += longer_s
-            self._wait_longer(longer_s)
+        wire = self._wire
+        longer_s, wire.held_s = held_s - wire.held_s, held_s
+        if wire.stuck_since is not None:
+            wire.stuck_since += longer_s
+        self._wait_longer(longer_s)
 
     def _wake(self) -> None:
-        try:
-            now = self._loop.time()
-            self._note_hold(now)
-            deadline = self._pass_deadlines(now)
-            if deadline is not None:
-                self._wake_at(deadline)
-        except Exception as fault:
-            self._survive(fault)
+        now = self._loop.time()
+        held_s = self.admission.held_s(now)
+        if held_s > self._wire.held_s:
+            self._note_hold(held_s)
+        deadline = self._pass_deadlines(now)
+        if deadline is not None:
+            self._timer.set(deadline)
         self._pump()
 
     def _survive(self, fault: Exception) -> None:
@@ -462,18 +451,22 @@ class LineDriver(PortLoop, Generic[X, W, F]):
     ) -> None:
         super().__init__(line_id, transport, session.counters)
         self._session = session
+        self.reply_timeout_s, self.late_reply_s = session.terms.reply_timeout_s, session.terms.late_reply_s
+        """Seconds to wait for a reply, and after that for one that is late."""
         session.order.on_overtaken = self._was_overtaken
         self._in_order_since = -inf
         """Time at which replies last came out of order."""
         self.gate = session.gate
         """Guards that every frame has to pass."""
+        self._locks: dict[int, SequenceLock] = {}
+        """Sequence locks of targets."""
         self._new_reader = reader
         self._reader = reader()
         self.intents: Intents[X] | None = None
         """Journal of intents, in which frames with an effect are written down first; None without one."""
         self._promised: dict[asyncio.Future[Any], X] = {}
         """Exchanges by the future of a waiter."""
-        self._expiry = EarliestTimer(self._expire)
+        self._expiry = EarliestTimer(self._expire, self._survive)
         self.turnaround_s = 0.0
         """Mean time from a frame to its reply of late, without the bytes of the reply, in seconds."""
         self._heard_bytes = 0
@@ -488,16 +481,6 @@ class LineDriver(PortLoop, Generic[X, W, F]):
     def echoes(self) -> bool:
         """True while what is written comes back as it was."""
         return self._pauses.echoes
-
-    @property
-    def reply_timeout_s(self) -> float:
-        """Seconds to wait for a reply, where its command takes no time of its own."""
-        return self._session.reply_timeout_s
-
-    @property
-    def late_reply_s(self) -> float:
-        """Seconds after its deadline for which a reply may still arrive."""
-        return self._session.late_reply_s
 
     def held_since_heard_s(self, now: float) -> float:
         """For how long the event loop was held since a reply was heard."""
@@ -523,8 +506,11 @@ class LineDriver(PortLoop, Generic[X, W, F]):
 
     def lock_of(self, target: int) -> SequenceLock:
         """The lock of a target, for series of commands that nothing but stops may divide."""
-        lock = self._session.sequence_lock(target)
-        lock.on_free = self._pump
+        lock = self._locks.get(target)
+        if lock is None:
+            scheduler = self._session.scheduler
+            lock = self._locks[target] = SequenceLock(scheduler.waits_for, target, scheduler.holders)
+            lock.on_free = self._pump
         return lock
 
     @asynccontextmanager
@@ -558,26 +544,29 @@ class LineDriver(PortLoop, Generic[X, W, F]):
 
     def fence(self) -> None:
         """Let nothing but stops go before it is proved that no earlier reply is still to come."""
-        if self._ready:
+        if self._life.is_set_up:
             self._session.fence()
             self._loop.call_soon(self._pump)
 
     def _pump(self) -> None:
         """Write whatever may go now; a frame at a time, so that a stop leaves at the next frame boundary."""
         try:
-            while self._open and self._session.has_something():
+            goes_on = self._life.is_open and self._session.has_something()
+            while goes_on and self._life.is_open:
                 now = self._loop.time()
-                self.admission.revise()  # what was asked for before a suspension is not written
-                self._note_hold(now)
+                held_s = self.admission.revised(now)  # what is older than a suspension is not written
+                if held_s > self._wire.held_s:
+                    self._note_hold(held_s)
+                ready = self._life.is_set_up
                 if not self._port_is_free(now):
                     return
                 if now < self._pauses.until and not self._session.is_urgent():
-                    self._wake_at(self._pauses.until)
+                    self._timer.set(self._pauses.until)
                     return
-                exchange = self._session.next(now, ready=self._ready)
+                exchange = self._session.next(now, ready=ready)
                 if exchange is None:
                     return
-                self._write(exchange, now)
+                goes_on = self._write(exchange, now)
         except Exception as fault:
             self._survive(fault)
 
@@ -588,25 +577,29 @@ class LineDriver(PortLoop, Generic[X, W, F]):
             lost = f"{exchange.sent}, or not: {self.down_reason}."
             exchange.settle(NoReply(lost, exchange.remedy, exchange.command))
 
-    def _write(self, exchange: X, now: float) -> None:
-        """Write for the one who asked: what that begins belongs to the same origin."""
+    def _write(self, exchange: X, now: float) -> bool:
+        """Write for the one who asked: what that begins belongs to the same origin.
+
+        Says whether another frame could follow.
+        """
         before = ORIGIN.set(exchange.origin)
         try:
             if self._send(exchange.frame, now):
                 if self.intents is not None:
                     self.intents.note_written(exchange)
                 self._heard_bytes = 0
-                deadline = self._wire.free_at + exchange.timeout_s
-                self._session.written(exchange, now, deadline)
+                deadline = self._wire.free_at + exchange.reply.timeout_s
+                goes_on = self._session.written(exchange, now, deadline)
                 if self._pauses.echoes:
                     self._pauses.note_written(now, is_stop=exchange.command.effect is Effect.STOP)
-                self._wake_at(deadline)
-            else:
-                exchange.settle(self._down())
+                self._timer.set(deadline)
+                return goes_on
+            exchange.settle(self._down())
         except TransportRefused as error:
             exchange.settle(InvalidRequest(f"{error} Nothing was sent.", "Send less at once."))
         finally:
             ORIGIN.reset(before)
+        return self._session.has_something()
 
     def data_received(self, data: bytes) -> None:
         """Bytes from the port."""
@@ -695,7 +688,7 @@ class LineDriver(PortLoop, Generic[X, W, F]):
 
         :raises LineDown: the line echoes, and it moves something, or an echo could answer it.
         """
-        if self.echoes and self._is_unsafe(exchange):
+        if self._pauses.echoes and self._is_unsafe(exchange):
             raise self._echoes()
         future = self._promise(exchange)
         if self.intents is not None and self.intents.must_come_first(exchange):
@@ -725,7 +718,7 @@ class LineDriver(PortLoop, Generic[X, W, F]):
 
     def _admit(self, exchange: X) -> None:
         """Let it wait for its turn from now on."""
-        if not self._open:
+        if not self._life.is_open:
             raise self._down()
         self._session.submit(exchange)
         self._pump()
@@ -746,18 +739,14 @@ class LineDriver(PortLoop, Generic[X, W, F]):
     def _expire(self) -> None:
         """Withdraw what is too late; one timer for all that waits."""
         now = max(self._loop.time(), self._expiry.due_at)  # timers may fire a little early
-        try:
-            next_at = self._session.scheduler.expire(now)
-        except Exception as fault:
-            self._survive(fault)
-            return
+        next_at = self._session.scheduler.expire(now)
         if next_at is not None:
             self._expiry.set(max(next_at, now + EXPIRY_STEP_S))
 
     def _receive(self, reply: F) -> None:
         """Hear a reply; the next frame goes out before its waiters have it."""
         settle = self._session.receive(reply, self._wire.heard_at)
-        self._wire.all_answered = self._session.all_answered
+        self._wire.all_answered = self._session.sent.all_answered
         if self._wire.all_answered:
             self._note_turnaround()
         self._pump()

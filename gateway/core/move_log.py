@@ -3,14 +3,12 @@
 import asyncio
 from collections import OrderedDict
 from collections.abc import Callable, Iterable
-from datetime import datetime
 from itertools import islice
 from typing import Generic, TypeVar
 
 from gateway.core.errors import NotFound
-from gateway.core.ids import sorted_by_time
 from gateway.core.move_record import MoveRecord
-from gateway.core.waiting import happens
+from gateway.core.times import happens
 from protocols.wording import as_given
 
 HISTORY = 1000
@@ -111,8 +109,3 @@ class MoveLog(Generic[M]):
 
 def _body_of(kept: MoveRecord | tuple[str, bytes]) -> str:
     return kept[0] if isinstance(kept, tuple) else kept.body_id
-
-
-def new_id(now: datetime) -> str:
-    """An id for a move that begins now; ids sort by time."""
-    return sorted_by_time(int(now.timestamp() * 1000))

@@ -5,7 +5,8 @@ from collections.abc import Awaitable, Callable, Coroutine, Iterable, Sequence
 from typing import Any, Generic, NamedTuple, TypeVar
 
 from gateway.core.errors import Expired, GatewayError
-from gateway.core.sequence_lock import SequenceLock, current_series
+from gateway.core.exchange import current_series
+from gateway.core.sequence_lock import SequenceLock
 
 Q = TypeVar("Q")
 """A family's questions."""

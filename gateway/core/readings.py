@@ -9,9 +9,7 @@ from typing import Protocol, TypeVar
 
 from gateway.core.backup_record import BackupError, Reading, Status
 from gateway.core.errors import BodyBusy, Cancelled, GatewayEnding, GatewayError
-from gateway.core.kept_works import DurableJobs
-from gateway.core.pace import left_s
-from gateway.core.works import CutOff
+from gateway.core.works import CutOff, DurableJobs, left_s
 
 HISTORY = 10
 PROGRESS_S = 1.0

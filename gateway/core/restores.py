@@ -6,21 +6,19 @@ from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from typing import Generic, NamedTuple, Protocol, TypeVar
 
-from gateway.core.errors import BodyBusy, Cancelled, GatewayEnding, GatewayError, NotFound, StoppedFirst
-from gateway.core.kept_works import DurableJobs
-from gateway.core.move_log import new_id
-from gateway.core.pace import left_s
-from gateway.core.restore_record import (
+from gateway.core.backup_record import (
     Difference,
     Phase,
     Restore,
     RestoreError,
     RestorePlan,
+    RestoreStatus,
     ScaleDifference,
-    Status,
     differing,
 )
-from gateway.core.works import CutOff
+from gateway.core.errors import BodyBusy, Cancelled, GatewayEnding, GatewayError, NotFound, StoppedFirst
+from gateway.core.origin import new_id
+from gateway.core.works import CutOff, DurableJobs, left_s
 
 HISTORY = 20
 TOLD = 20
@@ -309,7 +307,7 @@ class Restores(DurableJobs[Restore], Generic[C]):
         record.saved = record.flash and work.saved == len(controllers)
         self._end(work, _status(work, error), error)
 
-    def _end(self, work: _Work, status: Status, error: GatewayError | None) -> None:
+    def _end(self, work: _Work, status: RestoreStatus, error: GatewayError | None) -> None:
         record = work.record
         record.status, record.ended_at, record.left_s = status, datetime.now(UTC), None
         record.error = None if error is None else RestoreError.amid(error, record.written, record.commands)
@@ -433,7 +431,7 @@ def _unwanted(work: _Work) -> GatewayError | None:
     return None
 
 
-def _status(work: _Work, error: GatewayError | None) -> Status:
+def _status(work: _Work, error: GatewayError | None) -> RestoreStatus:
     record = work.record
     if work.unwanted or isinstance(error, StoppedFirst | GatewayEnding):
         return "cancelled"

@@ -10,7 +10,7 @@ from gateway.core.errors import GatewayError
 from gateway.core.family import AnyLine
 from gateway.core.live import Live
 from gateway.core.origin import LIVE, ORIGIN
-from gateway.core.waiting import happens
+from gateway.core.times import happens
 
 REST_S = 1.0
 """Seconds until an unanswered question is asked again."""

@@ -12,9 +12,7 @@ from math import inf
 from operator import methodcaller
 from typing import Any, Generic
 
-from gateway.core.exchange import Exchange, X
-from gateway.core.lanes import IMPATIENT, QUESTIONS, STOPS, Lane, require_room
-from gateway.core.sequence_lock import SequenceLock
+from gateway.core.exchange import IMPATIENT, QUESTIONS, STOPS, Exchange, Lane, Series, X, require_room
 
 TURN_S = 0.5
 """Commands and reads that others have overtaken for this time have one turn, ahead of all but stops."""
@@ -74,23 +72,19 @@ class Scheduler(Generic[X]):
     """The exchanges that wait on one line, and the next of them."""
 
     def __init__(self, waits_for: str = "body") -> None:
-        self._waits_for = waits_for
+        self.waits_for = waits_for
         self.lanes: list[_Turns[X]] = [_Turns() for _ in Lane]
         """Exchanges that wait in each lane; a lane in which nothing waits is false."""
         self.stops = [self.lanes[lane] for lane in STOPS]
         """The lanes of stops."""
-        self.locks: dict[int, SequenceLock] = {}
-        """The lock of each target, held for a series."""
+        self.holders: dict[int, Series | None] = {}
+        """The series that the sequence lock of each target is held for, if it has one."""
         self.members: Mapping[int, Iterable[int]] = {}
         """Other targets that a frame for a target reaches."""
         self.first: deque[X] = deque()
         """Exchanges of the set-up, which go before all lanes but stops."""
         self._passed_over: dict[Lane, float] = {}
         """Times since which lanes have had no turn, where callers wait in them or a fence has gone ahead."""
-
-    def lock(self, target: int) -> SequenceLock:
-        """The lock of a target, for series of commands that only stops may divide."""
-        return self.locks.setdefault(target, SequenceLock(self._waits_for))
 
     def exchanges(self, lane: Lane) -> Iterator[X]:
         """Exchanges that wait in a lane."""
@@ -113,7 +107,7 @@ class Scheduler(Generic[X]):
                     other.take_over(exchange)
                     return other
             if exchange.lane not in STOPS:
-                require_room(len(queue), self._waits_for)
+                require_room(len(queue), self.waits_for)
         turns.add(exchange, name)
         return exchange
 
@@ -141,11 +135,11 @@ class Scheduler(Generic[X]):
 
     def _is_admitted(self, exchange: X) -> bool:
         """Say whether no other series holds the target; exchanges that see to stops are not asked."""
-        if not self.locks or exchange.lane not in IMPATIENT:
+        if not self.holders or exchange.lane not in IMPATIENT:
             return True
         for target in self.reached(exchange.target):
-            lock = self.locks.get(target)
-            if lock is not None and lock.holder is not None and lock.holder is not exchange.series:
+            holder = self.holders.get(target)
+            if holder is not None and holder is not exchange.series:
                 return False
         return True
 

@@ -4,28 +4,13 @@ import asyncio
 from collections import deque
 from collections.abc import AsyncIterator, Callable, Iterable
 from contextlib import AsyncExitStack, asynccontextmanager
-from contextvars import ContextVar
 from functools import partial
 
 from gateway.core.errors import Expired
-from gateway.core.lanes import Lane, require_room
+from gateway.core.exchange import SERIES, Lane, Series, require_room
 from gateway.core.supervisor import insist
 
 RELEASE = "the release of a sequence lock"
-
-
-class Series:
-    """The frames of a holder of one or more sequence locks. A stop ends it: the rest is not written."""
-
-    def __init__(self) -> None:
-        self.epochs: dict[int, int] = {}
-        """The epochs of its targets at its beginning, where it has to end with them."""
-
-
-_SERIES: ContextVar[Series | None] = ContextVar("series", default=None)
-
-current_series = _SERIES.get
-"""The series that a lock is held for here and now."""
 
 
 class SequenceLock:
@@ -38,13 +23,21 @@ class SequenceLock:
     how a stop or a move ends: they are few, and never turned away.
     """
 
-    def __init__(self, of: str = "robot") -> None:
-        self._of = of
-        self.holder: Series | None = None
+    def __init__(
+        self, of: str = "robot", target: int = 0, holders: dict[int, Series | None] | None = None
+    ) -> None:
+        """`holders` are those of all locks of a line by target, which its scheduler looks at."""
+        self._of, self._target = of, target
+        self._holders = {} if holders is None else holders
+        self._holders[target] = None
         self.on_free: Callable[[], None] = lambda: None
-        """Called when what had to wait for its holder may go."""
-        self._taken = False
+        """Called after each release: what had to wait for its holder may go."""
         self._waiting: dict[Lane, deque[asyncio.Future[None]]] = {lane: deque() for lane in Lane}
+
+    @property
+    def holder(self) -> Series | None:
+        """The series that it is held for; None while it is free."""
+        return self._holders[self._target]
 
     def waiting(self, lane: Lane) -> int:
         """Number of tasks that wait in a lane."""
@@ -60,19 +53,19 @@ class SequenceLock:
         :raises Expired: it was not free in time.
         """
         mine = series or Series()
-        if self._taken:
+        if self._holders[self._target] is not None:
             await self._wait(lane, expires_at)
-        self._taken, self.holder = True, mine
-        before = _SERIES.set(mine)
+        self._holders[self._target] = mine
+        before = SERIES.set(mine)
         try:
             yield mine
         finally:
-            _SERIES.reset(before)
-            insist(RELEASE, partial(self._release, mine))
+            SERIES.reset(before)
+            insist(RELEASE, partial(self._release, mine), self.on_free)
 
     def _release(self, mine: Series | None) -> None:
         """Pass it on; once, though after a fault of the gateway itself it is tried again."""
-        if self._taken and self.holder is mine:
+        if mine is not None and self._holders[self._target] is mine:
             self._pass_on()
 
     async def _wait(self, lane: Lane, expires_at: float | None) -> None:
@@ -93,7 +86,7 @@ class SequenceLock:
 
     def _give_up(self, turn: "asyncio.Future[None]", queue: "deque[asyncio.Future[None]]") -> None:
         if not turn.cancelled():
-            insist(RELEASE, partial(self._release, self.holder))
+            insist(RELEASE, partial(self._release, self.holder), self.on_free)
         elif turn in queue:
             queue.remove(turn)
 
@@ -103,11 +96,10 @@ class SequenceLock:
             while queue:
                 turn = queue.popleft()
                 if not turn.done():
-                    self.holder = Series()  # that of the next one, which has sent nothing yet
+                    self._holders[self._target] = Series()  # that of the next one, which has sent nothing yet
                     turn.set_result(None)
                     return
-        self._taken, self.holder = False, None
-        insist(RELEASE, self.on_free)
+        self._holders[self._target] = None
 
 
 @asynccontextmanager

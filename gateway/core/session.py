@@ -14,17 +14,14 @@ from enum import Enum, auto
 from functools import partial
 from typing import Any, ClassVar, Generic, NamedTuple
 
-from gateway.core.copies import Copies
-from gateway.core.echo import Echo
 from gateway.core.errors import Cancelled, GarbledReply, GatewayError, NoReply, Overtaking
-from gateway.core.exchange import Exchange, F, More, Proof, X
+from gateway.core.exchange import IMPATIENT, STOPS, Exchange, F, Lane, More, X, current_series
+from gateway.core.false_replies import Copies, Echo
 from gateway.core.fence import FENCE_TRIES, Action, Fence, FenceEvent, State
 from gateway.core.gate import Gate
-from gateway.core.lanes import IMPATIENT, STOPS, Lane
 from gateway.core.load import Load
 from gateway.core.origin import FENCE
 from gateway.core.scheduler import Scheduler, is_abandoned
-from gateway.core.sequence_lock import SequenceLock, current_series
 from protocols.lines import Garbage
 from protocols.members import at_hand
 
@@ -110,7 +107,7 @@ class Session(ABC, Generic[X, F]):
         late_reply_s: float,
         interject_stops: bool = True,
     ) -> None:
-        self._terms = SessionTerms(reply_timeout_s, late_reply_s, interject_stops, set_up_target)
+        self.terms = SessionTerms(reply_timeout_s, late_reply_s, interject_stops, set_up_target)
         self.gate: Gate[X] = Gate(set_up_target)
         self.scheduler: Scheduler[X] = Scheduler(target)
         self.offline: set[int] = set()
@@ -126,30 +123,11 @@ class Session(ABC, Generic[X, F]):
         self.echo: Echo[X] = Echo(self.shows_echo, lambda _found: None)
         self.order: ReplyOrder[X] = ReplyOrder()
         self._copies: Copies[X, F] = Copies(replies_remembered)
-        self._sent: OnWire[X] = OnWire()
+        self.sent: OnWire[X] = OnWire()
+        """The exchanges that await their replies."""
         self._suspect: X | None = None
         """The exchange in doubt: the fence proves that its reply does not come any more."""
         self._fence = Fence()
-
-    @property
-    def reply_timeout_s(self) -> float:
-        """Seconds to wait for a reply, where its command takes no time of its own."""
-        return self._terms.reply_timeout_s
-
-    @property
-    def late_reply_s(self) -> float:
-        """Seconds after its deadline for which a reply may still arrive."""
-        return self._terms.late_reply_s
-
-    @property
-    def interject_stops(self) -> bool:
-        """True where a stop is written before the reply under way."""
-        return self._terms.interject_stops
-
-    @property
-    def all_answered(self) -> bool:
-        """True when the reply to the last frame has come, where every frame has one."""
-        return self._sent.all_answered
 
     @property
     def doubts(self) -> int:
@@ -180,7 +158,7 @@ class Session(ABC, Generic[X, F]):
 
     def must_choose(self) -> bool:
         """Say whether each waiting exchange has to be asked if it may be written now."""
-        return bool(self._sent)
+        return bool(self.sent)
 
     def may_follow(self, _exchange: X) -> bool:
         """Say whether it may be written now, before the replies to frames under way."""
@@ -238,7 +216,7 @@ class Session(ABC, Generic[X, F]):
     def epoch(self, target: int) -> int:
         """The epoch of what is asked here and now: a series has those of its beginning."""
         now = self.gate.epoch(target)
-        series = current_series() if self.scheduler.locks else None
+        series = current_series() if self.scheduler.holders else None
         return now if series is None else series.epochs.get(target, now)
 
     def submit(self, exchange: X) -> X:
@@ -249,7 +227,7 @@ class Session(ABC, Generic[X, F]):
         if exchange.lane is Lane.COMMAND and self.gate.is_overtaken(exchange):
             exchange.settle(self.gate.overtaken(exchange.target))
             return exchange
-        if self.scheduler.locks and exchange.lane in IMPATIENT:
+        if self.scheduler.holders and exchange.lane in IMPATIENT:
             exchange.series = current_series()
         queued = self.scheduler.submit(exchange)
         if exchange.lane is Lane.STOP and queued is exchange:
@@ -267,13 +245,9 @@ class Session(ABC, Generic[X, F]):
         urgent = sum(first.lane is lane for first in self.scheduler.first) if self.scheduler.first else 0
         return urgent + self.scheduler.waiting(lane)
 
-    def sequence_lock(self, target: int) -> SequenceLock:
-        """The lock of a target, for series of commands that nothing but stops may divide."""
-        return self.scheduler.lock(target)
-
     def has_something(self) -> bool:
         """Say whether anything could go; asked first, because it costs less than asking the port."""
-        if self._sent.first is not None:
+        if self.sent.first is not None:
             return any(self.scheduler.stops)
         return any(self.scheduler.lanes) or bool(self.scheduler.first) or not self._fence.in_step
 
@@ -294,8 +268,8 @@ class Session(ABC, Generic[X, F]):
         return None
 
     def _choose(self, now: float, *, ready: bool) -> X | None:
-        if self._sent.first is not None or (self._sent and any(map(self.holds_up, self._sent))):
-            return self._interjected() if self.interject_stops else None
+        if self.sent.first is not None or (self.sent and any(map(self.holds_up, self.sent))):
+            return self._interjected() if self.terms.interject_stops else None
         if ready and self._fence.in_step and not self.scheduler.first:
             wanted = self.scheduler.next_wanted(now, self.may_follow if self.must_choose() else None)
             if wanted is None or wanted.lane in STOPS or not self.wants_fence(wanted, now):
@@ -314,7 +288,7 @@ class Session(ABC, Generic[X, F]):
 
     def _interjected(self) -> X | None:
         """A stop before the reply under way; repeated ones leave gaps, or fences would never have a turn."""
-        return self.scheduler.next(NEW_STOPS if self._sent.first is None else STOPS, self.may_follow)
+        return self.scheduler.next(NEW_STOPS if self.sent.first is None else STOPS, self.may_follow)
 
     def _interposed(self, exchange: X, now: float, put_back: Callable[[X], None]) -> X | None:
         """A fence goes before what a copy of an earlier reply would answer, if that may be written at all."""
@@ -335,48 +309,46 @@ class Session(ABC, Generic[X, F]):
             return first
         fence = self._fence.query = self.fence_query()
         fence.origin = FENCE
-        fence.timeout_s = max(self.reply_timeout_s, self.late_reply_s / FENCE_TRIES)
+        fence.reply.timeout_s = max(self.terms.reply_timeout_s, self.terms.late_reply_s / FENCE_TRIES)
         self._fence.take(FenceEvent.ASKED)
         self.counters["fences"] += 1
         return fence
 
-    def written(self, exchange: X, now: float, deadline: float) -> None:
-        """Note that the frame has been handed to the port, and until when its reply is waited for."""
+    def written(self, exchange: X, now: float, deadline: float) -> bool:
+        """Note that the frame has been handed to the port, and until when its reply is waited for.
+
+        Says whether anything else could go before that.
+        """
         self.load.begin("stops" if exchange.lane in STOPS else exchange.origin.work, now)
         self.counters["frames_sent"] += 1
-        self._sent.written += 1
-        self._sent.all_answered = False
+        self.sent.written += 1
+        self.sent.all_answered = False
         if self.echo.in_a_row:
             self.echo.passed_over()
         self.echo.written.append(exchange)
-        exchange.number, exchange.doubt = self._sent.written, None
-        exchange.deadline = exchange.due_at = deadline
-        if exchange.proves is not None:
-            exchange.proves.note_asked(self._sent.written, deadline)
+        exchange.number, exchange.reply.doubt = self.sent.written, None
+        exchange.reply.deadline = exchange.reply.due_at = deadline
         awaited = self.was_written(exchange, now)
         if awaited is not Awaited.NEVER:
-            self._sent.append(exchange)
+            self.sent.append(exchange)
         if awaited is Awaited.FIRST:
-            self._sent.first = exchange
+            self.sent.first = exchange
         if exchange.on_written is not None:
             exchange.on_written(now)
-
-    def holds(self, proof: Proof, now: float) -> bool:
-        """Say whether a motion may be written that follows the last question of its proof."""
-        return proof.doubts == self.doubts and proof.last == self._sent.written and now < proof.holds_until
+        return self.has_something()
 
     # what comes back
 
     def awaits_replies(self) -> bool:
         """True if anything was written that is neither answered nor given up."""
-        return bool(self._sent)
+        return bool(self.sent)
 
     def receive(self, frame: F, now: float) -> Settle | None:
         """Credit a reply; None if it ends no exchange."""
-        for exchange in self._sent:
+        for exchange in self.sent:
             outcome = exchange.credit(frame, now)
             if outcome is More.MORE:
-                exchange.await_until(now + exchange.timeout_s)
+                exchange.reply.await_until(now + exchange.reply.timeout_s)
                 self.note_reply(exchange, frame, now)
                 return None
             if outcome is not None:
@@ -392,11 +364,11 @@ class Session(ABC, Generic[X, F]):
         self.counters["replies"] += 1
         if self.echo.in_a_row:
             self.echo.answered(exchange)
-        self._sent.let_go(exchange)
+        self.sent.let_go(exchange)
         self._note_order(exchange)
         self.load.end(now)
-        if self.answers_all and exchange.number == self._sent.written:
-            self._sent.all_answered = True
+        if self.answers_all and exchange.number == self.sent.written:
+            self.sent.all_answered = True
         self.learn(exchange, outcome, frame, now)
         if exchange is self._fence.query:
             if self.is_refusal_of_fence(frame):
@@ -407,7 +379,7 @@ class Session(ABC, Generic[X, F]):
             if self._fence.take(FenceEvent.ECHO) is Action.SETTLE:
                 self._settle_suspect()
         elif self.strict and exchange.lane is Lane.COMMAND:
-            exchange.late_answer, self._suspect = outcome, exchange
+            exchange.reply.late, self._suspect = outcome, exchange
             self._lose_step(exchange.target)
             return _nothing
         return partial(exchange.settle, outcome)
@@ -423,14 +395,14 @@ class Session(ABC, Generic[X, F]):
         outcome = suspect.credit(frame, now)
         if outcome is None:
             return False
-        first = suspect.late_answer
+        first = suspect.reply.late
         if first is None:
             self.counters["late_replies"] += 1
             self._note_order(suspect)
         else:
             self._stray(frame, now)
         if outcome is not More.MORE:
-            suspect.late_answer = outcome if first is None else _last_of(suspect, first, outcome)
+            suspect.reply.late = outcome if first is None else _last_of(suspect, first, outcome)
         self.note_reply(suspect, frame, now)
         return True
 
@@ -439,7 +411,11 @@ class Session(ABC, Generic[X, F]):
         self.echo.heard(self.line_of(frame))
         self.counters[kind] += 1
         late = self.order.timed_out
-        if late is not None and now < late.due_at + self.late_reply_s and late.credit(frame, now) is not None:
+        if (
+            late is not None
+            and now < late.reply.due_at + self.terms.late_reply_s
+            and late.credit(frame, now) is not None
+        ):
             self._note_order(late)
             self.order.timed_out = None
         self.noise("the reply to another command", now)
@@ -448,12 +424,12 @@ class Session(ABC, Generic[X, F]):
     def _note_order(self, answered: X) -> None:
         """A fence proves something only on a line that answers in the order of writing."""
         echo, given_up = self.order.numbered, self.order.timed_out
-        if answered.self_identifying:
+        if answered.reply.self_identifying:
             self.order.numbered = answered
         elif echo is not None and answered.number < echo.number and self.is_answered_in_order(answered):
             self.counters["overtaken"] += 1
             self.order.on_overtaken(answered, echo)
-        elif given_up is not None and set(given_up.reply_names) & set(answered.reply_names):
+        elif given_up is not None and set(given_up.reply.names) & set(answered.reply.names):
             self.order.timed_out = None
 
     def garbage(self, what: Garbage, now: float) -> None:
@@ -476,54 +452,56 @@ class Session(ABC, Generic[X, F]):
         A fence waits on: noise must not use up its tries, and its own reply cannot be mistaken.
         """
         self._fence.doubts += 1
-        exchange = self._sent.first
-        if exchange is not None and not exchange.self_identifying:
+        exchange = self.sent.first
+        if exchange is not None and not exchange.reply.self_identifying:
             self._doubt(exchange, exchange.unusable(GarbledReply, f"{what} came back"))
 
     # time
 
     def deadline(self) -> float | None:
         """When the next reply is overdue."""
-        return min((sent.deadline for sent in self._sent if sent.deadline is not None), default=None)
+        return min(
+            (sent.reply.deadline for sent in self.sent if sent.reply.deadline is not None), default=None
+        )
 
     def pass_deadlines(self, now: float, resumes_at: float | None) -> None:
         """Give up waiting for what is overdue; `resumes_at` is set while a reply has begun and may go on."""
-        for exchange in self._sent[:]:
-            if exchange.deadline is None or exchange.deadline > now or exchange not in self._sent:
+        for exchange in self.sent[:]:
+            if exchange.reply.deadline is None or exchange.reply.deadline > now or exchange not in self.sent:
                 continue
-            given_up_at = exchange.due_at + self.late_reply_s
+            given_up_at = exchange.reply.due_at + self.terms.late_reply_s
             if resumes_at is not None and now < min(resumes_at, given_up_at):
-                exchange.deadline = min(resumes_at, given_up_at)
+                exchange.reply.deadline = min(resumes_at, given_up_at)
                 continue
             self.counters["timeouts"] += 1
             self.was_missed(exchange, now)
             self._doubt(exchange, exchange.unusable(NoReply, "no reply came"))
-        if not self._sent:
+        if not self.sent:
             self.load.end(now)
 
     def wait_longer(self, seconds: float) -> None:
         """Move the deadlines of all replies by `seconds`, for which no reply could be read."""
-        for exchange in self._sent:
-            exchange.due_at += seconds
-            if exchange.deadline is not None:
-                exchange.deadline += seconds
+        for exchange in self.sent:
+            exchange.reply.due_at += seconds
+            if exchange.reply.deadline is not None:
+                exchange.reply.deadline += seconds
 
     # doubt and certainty
 
     def fence(self) -> None:
         """Prove anew that no earlier reply is still to come."""
-        self._lose_step(self._terms.set_up_target)
+        self._lose_step(self.terms.set_up_target)
 
     def _doubt(self, exchange: X, reason: NoReply) -> None:
         """An exchange has no usable reply: fence the line before it is settled."""
         self._fence.doubts += 1
-        self._sent.let_go(exchange)
+        self.sent.let_go(exchange)
         if exchange is self._fence.query:
             self._fence_failed()
-        elif exchange.lane in STOPS or exchange.self_identifying:
+        elif exchange.lane in STOPS or exchange.reply.self_identifying:
             exchange.settle(reason)
         else:
-            exchange.doubt, self._suspect = reason, exchange
+            exchange.reply.doubt, self._suspect = reason, exchange
             self._lose_step(exchange.target)
 
     def _lose_step(self, _target: int, *, doubtful: bool = True) -> None:  # noqa: ARG002  # families heed it
@@ -541,7 +519,7 @@ class Session(ABC, Generic[X, F]):
             action = self._fence.take(FenceEvent.WITNESS if found else FenceEvent.NOBODY)
         if action is Action.SETTLE:
             if self._suspect is not None:
-                self._suspect.repeats = 0  # late replies have had their time
+                self._suspect.reply.repeats = 0  # late replies have had their time
             self._settle_suspect()
 
     def _settle_suspect(self) -> None:
@@ -549,33 +527,33 @@ class Session(ABC, Generic[X, F]):
         suspect, self._suspect = self._suspect, None
         if suspect is None:
             return
-        if suspect.late_answer is not None:
-            suspect.settle(suspect.late_answer)
-        elif suspect.repeats > 0 and not is_abandoned(suspect) and suspect.target not in self.offline:
-            suspect.repeats -= 1
+        if suspect.reply.late is not None:
+            suspect.settle(suspect.reply.late)
+        elif suspect.reply.repeats > 0 and not is_abandoned(suspect) and suspect.target not in self.offline:
+            suspect.reply.repeats -= 1
             self.counters["repeats"] += 1
             if suspect.lane is Lane.COMMAND:
                 self.scheduler.first.appendleft(suspect)
             else:
                 self.scheduler.put_back(suspect)
-        elif suspect.doubt is not None:
+        elif suspect.reply.doubt is not None:
             self.order.timed_out = suspect
-            suspect.settle(suspect.doubt)
+            suspect.settle(suspect.reply.doubt)
 
     # the end
 
     def break_off(self, lost: NoReply, unsent: Cancelled) -> None:
         """The port has gone: what was written may have been executed, what waited was not."""
         self._fence.doubts += 1
-        written = [*self._sent, *([self._suspect] if self._suspect else [])]
+        written = [*self.sent, *([self._suspect] if self._suspect else [])]
         waiting = [*self.scheduler.first, *self.scheduler.remove(lambda _: True)]
-        self._sent.first = self._suspect = self._fence.query = self.order.timed_out = None
-        self._sent.clear()
+        self.sent.first = self._suspect = self._fence.query = self.order.timed_out = None
+        self.sent.clear()
         self.scheduler.first.clear()
         self.echo.forget()
         self._fence.take(FenceEvent.PORT_LOST)
         for exchange in written:
-            exchange.settle(exchange.late_answer or NoReply(lost.detail, exchange.remedy, exchange.command))
+            exchange.settle(exchange.reply.late or NoReply(lost.detail, exchange.remedy, exchange.command))
         for exchange in waiting:
             exchange.withdraw(unsent)
 

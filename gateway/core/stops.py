@@ -14,7 +14,7 @@ from gateway.core.errors import GatewayError, NotSent
 from gateway.core.origin import working
 from gateway.core.records import Record
 from gateway.core.supervisor import do_each, insist, insist_after, supervised, twice
-from gateway.core.waiting import happens
+from gateway.core.times import happens
 from gateway.texts import Text, text
 
 StopMode = Literal["decelerate", "immediate"]

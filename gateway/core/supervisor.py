@@ -18,6 +18,8 @@ log = logging.getLogger(__name__)
 T = TypeVar("T")
 P = ParamSpec("P")
 
+Deed = Callable[[], object]
+
 AGAIN_S: Final = (0.5, 30.0)
 """First and longest pause before supervised work is begun again; it doubles in between."""
 WELL_S: Final = 60.0
@@ -68,7 +70,11 @@ async def supervised(what: str, work: Callable[[], Awaitable[None]]) -> None:
 def insist(what: str, *deeds: Callable[[], object]) -> None:
     """Do what a motor waits for, and may be done twice: after a fault at once again, until it is done."""
     for deed in deeds:
-        _insist(what, deed, 0.0)
+        try:
+            deed()
+        except Exception:
+            log.exception("%s has met a fault of the gateway itself, and is done again at once", what)
+            _insist(what, deed, INSIST_S)
 
 
 def _insist(what: str, deed: Callable[[], object], pause_s: float) -> None:
@@ -76,11 +82,8 @@ def _insist(what: str, deed: Callable[[], object], pause_s: float) -> None:
         deed()
     except Exception:
         log.exception("%s has met a fault of the gateway itself, and is done again in %g s", what, pause_s)
-        if pause_s == 0.0:
-            _insist(what, deed, INSIST_S)
-        else:
-            loop = asyncio.get_running_loop()
-            loop.call_later(pause_s, _insist, what, deed, min(2 * pause_s, AGAIN_S[1]))
+        loop = asyncio.get_running_loop()
+        loop.call_later(pause_s, _insist, what, deed, min(2 * pause_s, AGAIN_S[1]))
 
 
 def insist_after(task: "asyncio.Task[T]", what: str, deed: "Callable[[asyncio.Task[T]], object]") -> None:

@@ -14,7 +14,7 @@ from gateway.core.move_record import START_WITHIN_S, MoveRecord
 from gateway.core.next_calls import NextCall
 from gateway.core.records import Record
 from gateway.core.stops import Report, StopMode
-from gateway.core.waiting import together
+from gateway.core.times import together
 from protocols.table import Command, Reply
 from protocols.wording import as_given
 

@@ -1,12 +1,19 @@
-"""Long work, each with a record: done in a task of its own, and found again when it is over."""
+"""Long work, each with a record: done in a task of its own, and found again when it is over.
+
+Records of work that changes controllers outlive the gateway, and what was cut off is told.
+"""
 
 import asyncio
 import logging
+from abc import abstractmethod
 from collections import OrderedDict
-from collections.abc import Callable, Coroutine, Iterator
+from collections.abc import Callable, Coroutine, Iterable, Iterator
+from datetime import datetime
 from functools import partial
 from math import inf
 from typing import Any, ClassVar, Final, Generic, NamedTuple, Protocol, TypeVar
+
+from pydantic import BaseModel
 
 from gateway.core.errors import NotFound
 from protocols.wording import as_given
@@ -134,3 +141,83 @@ class Jobs(Generic[W]):
         for task in tasks:
             task.cancel()
         await asyncio.gather(*tasks, return_exceptions=True)
+
+
+class Dated(WorkRecord, Protocol):
+    """A record that says when its work was over."""
+
+    started_at: datetime
+    ended_at: datetime | None
+
+
+K = TypeVar("K", bound=Dated)
+
+
+class DurableJobs(Jobs[K]):
+    """The work of one kind; each change of a record that is worth an event is worth to be kept."""
+
+    record_type: ClassVar[type[BaseModel]]
+
+    def __init__(
+        self,
+        history: int,
+        what: str,
+        subject_of: Callable[[K], str],
+        publish: Callable[[str, K], None],
+    ) -> None:
+        super().__init__(history, what, subject_of)
+        self._publish = publish
+        self.on_change: Callable[[K], None] = lambda _record: None
+        """Called with each record that has changed."""
+
+    def tell(self, what: str, record: K) -> None:
+        """Tell how far work has come, or how it has ended."""
+        self.on_change(record)
+        self._publish(what, record)
+
+    def as_kept(self, record: K) -> Any:
+        """Give the form in which a record is kept."""
+        return record
+
+    def resume(self, records: Iterable[str]) -> None:
+        """Remember the work of an earlier life, oldest first; what was not over then was cut off."""
+        for text in records:
+            try:
+                record: Any = self.record_type.model_validate_json(text)
+            except ValueError:
+                log.warning(
+                    "a %s of an earlier life cannot be read, and is forgotten: %.200r", self._what, text
+                )
+                continue
+            self._keep(record)
+            self.cut_off(record, GATEWAY_ENDED)
+
+    def cut_off(self, record: K, why: CutOff, /) -> None:
+        """Say so in a record that has not told its end yet."""
+        if record.ended_at is None:
+            self.note_cut_off(record, why)
+
+    @abstractmethod
+    def note_cut_off(self, record: K, why: CutOff, /) -> None:
+        """Say in a record why its work has not come to its end, and what that has left."""
+
+
+EXCHANGE_BYTES: Final = 27
+"""Bytes of a question and its answer, as a mean over a backup."""
+TURNAROUND_S: Final = 0.004
+"""Seconds from the end of a question to its answer, and from that to the next question."""
+PACED: Final = 50
+"""Answers after which the pace says more than the speed of the line."""
+
+
+def answer_s(baud: int) -> float:
+    """The seconds that a question and its answer take at a baud rate."""
+    return 10 * EXCHANGE_BYTES / baud + TURNAROUND_S
+
+
+def left_s(expected: int | None, done: int, took_s: float, baud: int | None) -> float | None:
+    """Seconds until `expected` answers have come, of which `done` took `took_s`; None if unknown."""
+    if expected is None or (done < PACED and baud is None):
+        return None
+    each = took_s / done if done >= PACED or baud is None else answer_s(baud)
+    return round(max(0, expected - done) * each, 1)

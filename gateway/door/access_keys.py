@@ -104,7 +104,7 @@ async def make_key(plant: Plant, new: NewKey) -> Opened:
         raise InvalidRequest(f"{fault} No key was made.") from None
     made = await _told(keys, new.name)
     plant.events.publish("gateway.key.made", SUBJECT, made)
-    await plant.security.keep(entries.KEY_MADE, new.name, **_of(made), expires_at=_ending(made))
+    await plant.access.security.keep(entries.KEY_MADE, new.name, **_of(made), expires_at=_ending(made))
     return _shown(key, made)
 
 
@@ -122,7 +122,7 @@ async def rotate_key(plant: Plant, name: KeyName, rotation: Rotation) -> Opened:
     rotated = await _told(keys, name)
     plant.events.publish("gateway.key.rotated", SUBJECT, rotated)
     changed = {**_of(rotated), "expires_at": _ending(rotated), "overlap": f"{overlap_s:g} s"}
-    await plant.security.keep(entries.KEY_CHANGED, name, **changed)
+    await plant.access.security.keep(entries.KEY_CHANGED, name, **changed)
     return _shown(key, rotated)
 
 
@@ -139,7 +139,9 @@ async def approve_key(plant: Plant, name: KeyName) -> KeyInfo:
         raise NotAllowed(f"{fault} It was not approved.") from None
     approved = await _told(keys, name)
     plant.events.publish("gateway.key.approved", SUBJECT, approved)
-    await plant.security.keep(entries.KEY_APPROVED, name, **_of(approved), expires_at=_ending(approved))
+    await plant.access.security.keep(
+        entries.KEY_APPROVED, name, **_of(approved), expires_at=_ending(approved)
+    )
     return approved
 
 
@@ -159,7 +161,7 @@ async def revoke_key(plant: Plant, name: KeyName) -> KeyInfo:
         raise NotFound(str(fault)) from None
     revoked = await _told(keys, name)
     plant.events.publish("gateway.key.revoked", SUBJECT, revoked)
-    await plant.security.keep(entries.KEY_REVOKED, name, **_of(revoked))
+    await plant.access.security.keep(entries.KEY_REVOKED, name, **_of(revoked))
     return revoked
 
 
@@ -183,7 +185,7 @@ async def _require(keys: KeyStore, name: str, state: State) -> None:
 
 def _managed(plant: Plant) -> KeyStore:
     """The store of keys, where the gateway asks for keys."""
-    store = plant.credentials.keys
+    store = plant.access.credentials.keys
     if store is None:
         raise NotAllowed(
             "This gateway lets everybody in (access.mode is open), so nobody manages keys over HTTP; "
@@ -218,13 +220,13 @@ class SessionList(BaseModel):
 @SESSIONS.get("/access/sessions", Right.ADMIN)
 async def list_sessions(plant: Plant) -> SessionList:
     """List the sessions of browsers: the key, the address, and the time of the last use."""
-    return SessionList(sessions=list(plant.sessions.all()))
+    return SessionList(sessions=list(plant.access.sessions.all()))
 
 
 @SESSIONS.delete("/access/sessions/{session_id}", Right.ADMIN, whole_plant=True)
 async def end_session(plant: Plant, session_id: SessionId) -> SessionInfo:
     """End a session: its next request is refused, and its event streams end within 5 s."""
-    for ended in plant.sessions.end_by(id=session_id):
+    for ended in plant.access.sessions.end_by(id=session_id):
         return ended
     raise NotFound(f"There is no session {as_given(session_id)}, or it has ended.")
 
@@ -236,4 +238,4 @@ async def end_sessions(
     key: Annotated[str, Field(min_length=1, max_length=256, description="The name of a key.")],
 ) -> SessionList:
     """End all sessions of a key, which stays good, and list them."""
-    return SessionList(sessions=list(plant.sessions.end_by(name=key)))
+    return SessionList(sessions=list(plant.access.sessions.end_by(name=key)))

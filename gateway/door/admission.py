@@ -99,16 +99,16 @@ class AccessCheck:
     def __init__(self, plant: Plant) -> None:
         settings = plant.config.access
         self.is_open = settings.mode == "open"
-        self.credentials = plant.credentials
-        self.sessions = plant.sessions
+        self.credentials = plant.access.credentials
+        self.sessions = plant.access.sessions
         self.tickets = Tickets()
         self.pendants = Tickets(lasts_s=PENDANT_S)
         """Tickets that a phone begins its session with."""
         self._claims = Tickets(lasts_s=PENDANT_S)
         """Tickets that a page takes the second secret of a new session with."""
-        self.territory = plant.territory
+        self.territory = plant.access.territory
         self.targets = frozenset(
-            row.target for row in operations_of(map(type, plant.registered)) if row.target
+            row.target for row in operations_of(map(type, plant.packages.registered)) if row.target
         )
         """The parameters that name what a request is about."""
         self._usages = Usages(
@@ -117,7 +117,7 @@ class AccessCheck:
         self._good_ones: dict[bytes, Grant] = {}
         """Grants by the credential shown, of those that were good a moment ago."""
         self._forget_at = 0.0
-        self._security = plant.security
+        self._security = plant.access.security
         self.sessions.on_end = self._session_ended
         self.sign_ins = Rates(SIGN_INS_AT_ONCE, SIGN_INS_PER_S)
         """Rates of sign-ins by key."""

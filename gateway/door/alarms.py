@@ -53,7 +53,7 @@ async def reset_alarm(plant: Plant, alarm_id: str) -> Alarm:
     """Reset an alarm, once its cause is over. Nothing moves, and nothing is sent."""
     require(plant, Right.OPERATE, *_addresses_of(plant.alarms.get(alarm_id)), leased=False)
     alarm = plant.alarms.reset(alarm_id)
-    plant.security.note(entries.ALARM_RESET, alarm.subject, alarm=alarm.id, cause=alarm.cause)
+    plant.access.security.note(entries.ALARM_RESET, alarm.subject, alarm=alarm.id, cause=alarm.cause)
     return alarm
 
 
@@ -72,7 +72,7 @@ def _line_of(plant: Plant, subject: str) -> str | None:
     if not slash or "/" in address or f"/{kind}" not in COLLECTIONS:
         return None
     line_id, dot, _ = address.partition(".")
-    return line_id if dot else next((part.line_id for part in plant.territory.parts(address)), None)
+    return line_id if dot else next((part.line_id for part in plant.access.territory.parts(address)), None)
 
 
 def _is_seen(plant: Plant, alarm: Alarm) -> bool:

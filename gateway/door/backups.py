@@ -7,12 +7,11 @@ from typing import Annotated, Any, Final, Literal, NamedTuple, Self
 
 from pydantic import Field, model_validator
 
-from gateway.core.backup_record import Backup, BackupComparison
+from gateway.core.backup_record import Backup, BackupComparison, Restore, RestorePlan
 from gateway.core.backups import BackupSource
 from gateway.core.errors import InvalidRequest, NotFound
 from gateway.core.operation import Rows, Run
 from gateway.core.records import RequestModel
-from gateway.core.restore_record import Restore, RestorePlan
 from gateway.core.restores import RestoredController, Restores
 from gateway.core.rights import Right
 from gateway.core.works import Jobs
@@ -51,9 +50,9 @@ def folder_of_nights(plant: Plant) -> Path:
 
     :raises NotFound: none are.
     """
-    if plant.nightly_backups is None:
+    if plant.works.nightly_backups is None:
         raise NotFound("No backups are kept by night here; nothing was sent.", "Set [backups] nightly_at.")
-    return plant.nightly_backups
+    return plant.works.nightly_backups
 
 
 async def text_of_night(plant: Plant, target: str, night: str, ending: str = ENDING) -> str:
@@ -92,8 +91,8 @@ async def read(plant: Plant, reading: ReadingOrder, wait_s: float) -> Backup:
     :raises BodyBusy: one is being read, or restored, or a program is uploaded.
     :raises GatewayError: a controller does not answer.
     """
-    begun = await plant.backups.start(*reading)
-    await plant.backups.wait(begun, wait_s)
+    begun = await plant.works.backups.start(*reading)
+    await plant.works.backups.wait(begun, wait_s)
     return begun
 
 
@@ -155,8 +154,8 @@ async def compare(plant: Plant, wanted: ComparisonOrder, wait_s: float) -> Backu
     :raises BodyBusy: a controller is being restored or compared.
     """
     plant.admission.require()
-    begun = plant.comparisons.start(wanted.target, wanted.restores, wanted.controllers)
-    await plant.comparisons.wait(begun, wait_s)
+    begun = plant.works.comparisons.start(wanted.target, wanted.restores, wanted.controllers)
+    await plant.works.comparisons.wait(begun, wait_s)
     return begun
 
 
@@ -218,13 +217,13 @@ class _Kind(NamedTuple):
 
 
 _KINDS: Final = (
-    _Kind("backup", Backup, lambda plant: plant.backups, Right.VIEW, NO_MORE, {"over": "It is over."}),
+    _Kind("backup", Backup, lambda plant: plant.works.backups, Right.VIEW, NO_MORE, {"over": "It is over."}),
     _Kind(
         *("restore", Restore, None, Right.SETUP, WRITE_NO_MORE),
         {"over": OVER, "result": Restore, "planned": RestorePlan, "most_bytes": MAX_BACKUP_BYTES},
     ),
     _Kind(
-        *("comparison", BackupComparison, lambda plant: plant.comparisons, Right.SETUP, NO_MORE),
+        *("comparison", BackupComparison, lambda plant: plant.works.comparisons, Right.SETUP, NO_MORE),
         {"over": "It is over.", "leased": False, "most_bytes": MAX_BACKUP_BYTES},
     ),
 )

@@ -80,17 +80,19 @@ def require(plant: Plant, right: Right, *targets: object, leased: bool = True) -
         return
     addresses = [address_of(str(target)) for target in targets]
     try:
-        plant.territory.require(who, right, *addresses)
+        plant.access.territory.require(who, right, *addresses)
     except NotPermitted as refusal:
-        plant.security.note(entries.REQUEST_REFUSED, " ".join(addresses), why=refusal.detail)
+        plant.access.security.note(entries.REQUEST_REFUSED, " ".join(addresses), why=refusal.detail)
         raise
     if leased and right in LEASED:
-        for line_id in {part.line_id for address in addresses for part in plant.territory.parts(address)}:
-            plant.ownership.require_owner(line_id, ORIGIN.get().claim.owner_epoch)
-    if leased and right in LEASED and plant.leases.mode != "off":
+        for line_id in {
+            part.line_id for address in addresses for part in plant.access.territory.parts(address)
+        }:
+            plant.peers.ownership.require_owner(line_id, ORIGIN.get().claim.owner_epoch)
+    if leased and right in LEASED and plant.access.leases.mode != "off":
         origin = ORIGIN.get()
-        parts = tuple(part for address in addresses for part in plant.territory.parts(address))
-        ORIGIN.set(origin.claiming(plant.leases.admit(Claim(origin.claim.tokens, parts, who.id))))
+        parts = tuple(part for address in addresses for part in plant.access.territory.parts(address))
+        ORIGIN.set(origin.claiming(plant.access.leases.admit(Claim(origin.claim.tokens, parts, who.id))))
 
 
 def claim() -> Claim:
@@ -111,4 +113,4 @@ def address_of(target: str) -> str:
 
 def sees(plant: Plant, address: str) -> bool:
     """Say whether the caller may see this address in a list: keys with a scope see what it covers."""
-    return plant.territory.covers(principal.current(), address)
+    return plant.access.territory.covers(principal.current(), address)

@@ -95,7 +95,7 @@ def _note(plant: Plant, operation: Operation, values: Mapping[str, Any]) -> None
     }
     text = to_json(told, exclude_none=False, fallback=str)
     if len(text) <= LONGEST_NOTED:
-        plant.requests.append((at_ns, monotonic_ns, text.decode()))
+        plant.history.requests.append((at_ns, monotonic_ns, text.decode()))
 
 
 def require_right(plant: Plant, operation: Operation, values: Mapping[str, Any]) -> None:
@@ -109,7 +109,7 @@ def require_right(plant: Plant, operation: Operation, values: Mapping[str, Any])
 def _admit(plant: Plant, operation: Operation, values: Mapping[str, Any], *, leased: bool = True) -> None:
     """Refuse a caller without the right, or without the lease that it takes."""
     if operation.any_scope:
-        plant.territory.require_right(principal.current(), operation.right)
+        plant.access.territory.require_right(principal.current(), operation.right)
     elif operation.right is not Right.OPEN:
         named = _named(operation, values)
         require(

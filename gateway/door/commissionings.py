@@ -35,7 +35,7 @@ async def start_commissioning(
     """
     plant.admission.require()
     record = plant.commission(wanted.line_id)
-    await plant.commissionings.wait(record, wait or 0.0)
+    await plant.works.commissionings.wait(record, wait or 0.0)
     return record
 
 
@@ -43,7 +43,7 @@ async def start_commissioning(
 async def get_commissioning(plant: Plant, commissioning_id: str, *, wait: Wait = None) -> Commissioning:
     """Get a commissioning with its report, at once or when it is over."""
     record = _find(plant, commissioning_id)
-    await plant.commissionings.wait(record, wait or 0.0)
+    await plant.works.commissionings.wait(record, wait or 0.0)
     return record
 
 
@@ -51,8 +51,8 @@ async def get_commissioning(plant: Plant, commissioning_id: str, *, wait: Wait =
 async def cancel_commissioning(plant: Plant, commissioning_id: str) -> Commissioning:
     """Cancel a commissioning: nothing more is asked, and the line serves again."""
     record = _find(plant, commissioning_id)
-    plant.commissionings.break_off(record)
-    await plant.commissionings.wait(record, float("inf"))
+    plant.works.commissionings.break_off(record)
+    await plant.works.commissionings.wait(record, float("inf"))
     return record
 
 
@@ -75,7 +75,7 @@ def _find(plant: Plant, record_id: str) -> Commissioning:
 
     :raises NotFound: there is none, or it is no longer kept.
     """
-    found = map(partial(plant.commissionings.find, record_id=record_id), plant.ports())
+    found = map(partial(plant.works.commissionings.find, record_id=record_id), plant.ports())
     for record in found:
         if record is not None:
             return record

@@ -48,7 +48,7 @@ async def reload(plant: Plant, *, dry_run: bool) -> Reloaded:
         try:
             wanted = await asyncio.to_thread(file.load)
         except ConfigError as error:
-            plant.security.note(entries.RELOAD_REFUSED, str(file.path), why=str(error))
+            plant.access.security.note(entries.RELOAD_REFUSED, str(file.path), why=str(error))
             raise _unusable(error) from None
         return await _serve(plant, wanted, dry_run=dry_run)
 
@@ -75,7 +75,7 @@ async def with_line(plant: Plant, table: Mapping[str, Any], *, comment: str = ""
         require_device(line.address, wanted.server)
         reloaded = await _write_and_serve(plant, file, text, wanted, dry_run=dry_run)
         if not dry_run:
-            await plant.security.keep(entries.LINE_ADDED, line.id, address=line.address)
+            await plant.access.security.keep(entries.LINE_ADDED, line.id, address=line.address)
         return reloaded
 
 
@@ -96,7 +96,7 @@ async def with_bodies(
         reloaded = await _write_and_serve(plant, file, text, wanted, dry_run=dry_run)
         if not dry_run:
             added = [str(body.get("id")) for body in bodies]
-            await plant.security.keep(entries.BODIES_ADDED, line_id, bodies=added)
+            await plant.access.security.keep(entries.BODIES_ADDED, line_id, bodies=added)
         return reloaded
 
 
@@ -134,7 +134,7 @@ async def _serve(plant: Plant, wanted: Config, *, dry_run: bool) -> Reloaded:
     if not dry_run:
         await plant.reload(wanted)
         lines = [f"{line.line_id} {line.change}" for line in found.lines]
-        await plant.security.keep(entries.RELOAD, lines=lines, needs_restart=found.needs_restart)
+        await plant.access.security.keep(entries.RELOAD, lines=lines, needs_restart=found.needs_restart)
     return Reloaded(**found.model_dump(), applied=not dry_run, busy=busy)
 
 

@@ -133,7 +133,7 @@ class Keys:
         return path
 
     def _move(self, move_id: str) -> tuple[str, MoveRecord] | None:
-        for kind in self._plant.registered:
+        for kind in self._plant.packages.registered:
             for moves in kind.move_logs():
                 with suppress(NotFound):
                     return kind.collections[0], moves.get(move_id)

@@ -45,7 +45,7 @@ class LeaseList(BaseModel):
 @ROWS.get("/leases", any_scope=True)
 async def list_leases(plant: Plant) -> LeaseList:
     """List leases with their holders; a key with a scope sees those within it."""
-    return LeaseList(leases=[lease for lease in plant.leases.all() if sees(plant, lease.scope)])
+    return LeaseList(leases=[lease for lease in plant.access.leases.all() if sees(plant, lease.scope)])
 
 
 @ROWS.post("/leases", Right.OPERATE, any_scope=True, leased=False, result=Taken, opens=True)
@@ -61,15 +61,15 @@ async def take_lease(plant: Plant, lease: LeaseRequest) -> Opened:
     require(plant, right, lease.scope, leased=False)
     path = _path(plant, lease.scope)
     address = path.rpartition("/")[2]
-    parts = plant.territory.parts(address)
-    taken = await plant.leases.take(address, path, parts, holder(), lease.ttl_s, over=lease.take_over)
+    parts = plant.access.territory.parts(address)
+    taken = await plant.access.leases.take(address, path, parts, holder(), lease.ttl_s, over=lease.take_over)
     return Opened(f"/leases/{taken.lease}", taken)
 
 
 @ROWS.get("/leases/{lease_id}", any_scope=True)
 async def get_lease(plant: Plant, lease_id: LeaseId) -> Lease:
     """Get a lease: its holder, and the time for which it lasts."""
-    lease = plant.leases.get(lease_id)
+    lease = plant.access.leases.get(lease_id)
     require(plant, Right.VIEW, lease.scope)
     return lease
 
@@ -77,17 +77,17 @@ async def get_lease(plant: Plant, lease_id: LeaseId) -> Lease:
 @ROWS.post("/leases/{lease_id}/renew", Right.OPERATE, any_scope=True, leased=False)
 async def renew_lease(plant: Plant, lease_id: LeaseId) -> Taken:
     """Renew a lease for its whole time from now on; the header Lease-Token shows its token."""
-    require(plant, Right.OPERATE, plant.leases.get(lease_id).scope, leased=False)
-    return plant.leases.renew(lease_id, claim())
+    require(plant, Right.OPERATE, plant.access.leases.get(lease_id).scope, leased=False)
+    return plant.access.leases.renew(lease_id, claim())
 
 
 @ROWS.delete("/leases/{lease_id}", Right.OPERATE, any_scope=True, leased=False)
 async def end_lease(plant: Plant, lease_id: LeaseId) -> Lease:
     """Give a lease back; an admin may end any caller's."""
-    own = plant.leases.is_of(lease_id, holder())
+    own = plant.access.leases.is_of(lease_id, holder())
     right = Right.OPERATE if own else Right.ADMIN
-    require(plant, right, plant.leases.get(lease_id).scope, leased=False)
-    return plant.leases.end(lease_id, holder())
+    require(plant, right, plant.access.leases.get(lease_id).scope, leased=False)
+    return plant.access.leases.end(lease_id, holder())
 
 
 def _path(plant: Plant, scope: str) -> str:

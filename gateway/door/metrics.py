@@ -22,8 +22,8 @@ from prometheus_client.core import (
 from prometheus_client.registry import Collector
 
 from gateway.core.aside import aside
-from gateway.core.histogram import Histogram
 from gateway.core.line_state import LineState
+from gateway.core.load import Histogram
 from gateway.core.origin import Work
 from gateway.door.traffic import CLIENTS, Traffic
 from gateway.figures import OUTCOMES
@@ -124,7 +124,7 @@ class PlantCollector(Collector):
             "From the request of a stop to the standstill that the controller reports.",
             labels=("line",),
         )
-        figures = self._plant.figures
+        figures = self._plant.history.figures
         for line in self._plant.ports():
             for outcome in OUTCOMES:
                 moves.add_metric((line, outcome), figures.moves[line, outcome])
@@ -132,7 +132,7 @@ class PlantCollector(Collector):
         yield from (moves, stops)
 
     def _of_what_moves(self) -> Iterator[Metric]:
-        for protocol, family in self._plant.families.items():
+        for protocol, family in self._plant.packages.families.items():
             what, seen = family.collections[0], list(family.seen())
             gauge = GaugeMetricFamily(
                 f"motion_gateway_{what}",
@@ -194,7 +194,7 @@ class GatewayCollector(Collector):
         yield dropped
 
     def _of_the_membership(self) -> Iterator[Metric]:
-        membership = self._plant.membership
+        membership = self._plant.peers.membership
         if membership is None:
             return
         yield GaugeMetricFamily(

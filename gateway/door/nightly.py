@@ -54,7 +54,7 @@ class Nightly:
     def __init__(self, plant: Plant, folder: Path) -> None:
         self._plant, self._folder = plant, folder
         if plant.config.backups.nightly_at is not None:
-            plant.nightly_backups = folder
+            plant.works.nightly_backups = folder
         self._recognition = Recognition(plant)
         self._tasks: list[asyncio.Task[None]] = []
 
@@ -93,8 +93,8 @@ class Nightly:
         if not await self._is_quiet(reading):
             log.warning("the nightly backup of %s was left out: something moved all the time", target)
             return
-        backup = await self._plant.backups.start(*reading)
-        await self._plant.backups.wait(backup, TRIES_FOR_S)
+        backup = await self._plant.works.backups.start(*reading)
+        await self._plant.works.backups.wait(backup, TRIES_FOR_S)
         if backup.text is not None:
             night = datetime.now().astimezone().date().isoformat()
             await asyncio.to_thread(keep, self._folder, target, night, backup.text)
@@ -134,7 +134,7 @@ def readings(plant: Plant) -> dict[str, ReadingOrder]:
 
 def _moving(plant: Plant) -> set[str]:
     """The addresses of what moves, as far as is known; a unit of a robot moves the robot."""
-    moving = (seen.subject for family in plant.families.values() for seen in family.left_moving())
+    moving = (seen.subject for family in plant.packages.families.values() for seen in family.left_moving())
     return {subject.split("/")[2] for subject in moving}
 
 

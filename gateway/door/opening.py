@@ -16,7 +16,7 @@ from gateway.config import Config, Server
 from gateway.config_file import ConfigFile
 from gateway.core.errors import InvalidRequest, NotFound
 from gateway.core.journal.opening import open_journal
-from gateway.core.lease_tokens import LeaseTokens
+from gateway.core.leases import LeaseTokens
 from gateway.core.operation import Operation, PlainText, Written, adapter_of
 from gateway.core.origin import Origin, acting, new_request_id
 from gateway.core.rights import Right
@@ -73,7 +73,7 @@ class Door:
     def _caller(self, key: str | None) -> Principal:
         if self._plant.config.access.mode == "open":
             return EVERYBODY
-        grant = None if key is None else self._plant.credentials.verify(key)
+        grant = None if key is None else self._plant.access.credentials.verify(key)
         if grant is None:
             raise NotAuthenticated("The key is not good, or there is none; nothing was sent.")
         return grant.principal
@@ -112,7 +112,7 @@ def _built(config: Path, data: Path) -> Plant:
     if wanted.access.mode == "keys":
         store = KeyStore(data)
         store.adopt(policy_of(wanted))
-        plant.credentials = Credentials(store)
+        plant.access.credentials = Credentials(store)
     return plant
 
 

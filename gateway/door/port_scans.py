@@ -42,7 +42,7 @@ _MAY_BE: Final = ", or ".join(family.told_of_ports for family in FAMILIES.values
 @ROWS.get("/system/ports", Right.ADMIN)
 async def list_ports(plant: Plant) -> PortList:
     """List the serial ports of the gateway's machine, and which line has each; nothing is sent."""
-    return PortList(ports=await asyncio.to_thread(plant.port_scans.ports))
+    return PortList(ports=await asyncio.to_thread(plant.works.port_scans.ports))
 
 
 @ROWS.post(
@@ -57,23 +57,23 @@ the `line` of what is found, with its `comment`.""",
 async def start_port_scan(plant: Plant, wanted: PortScanRequest, *, wait: Wait = None) -> PortScan:
     """Begin a scan of ports."""
     plant.admission.require()
-    scan = plant.port_scans.start(wanted.ports)
-    plant.security.note(entries.PORT_SCAN, ", ".join(wanted.ports), scan=scan.id)
-    await plant.port_scans.wait(scan, wait or 0.0)
+    scan = plant.works.port_scans.start(wanted.ports)
+    plant.access.security.note(entries.PORT_SCAN, ", ".join(wanted.ports), scan=scan.id)
+    await plant.works.port_scans.wait(scan, wait or 0.0)
     return scan
 
 
 @ROWS.get("/system/scans/{scan_id}", Right.ADMIN, whole_plant=True)
 async def get_port_scan(plant: Plant, scan_id: str, *, wait: Wait = None) -> PortScan:
     """Get a scan of ports, at once or when it is over; `current` is the one under way, or the last."""
-    return await plant.port_scans.get(GATEWAY, scan_id, wait or 0.0)
+    return await plant.works.port_scans.get(GATEWAY, scan_id, wait or 0.0)
 
 
 @ROWS.delete("/system/scans/current", Right.ADMIN)
 async def break_off_port_scan(plant: Plant) -> PortScan:
     """End the running scan of ports; its record keeps the controllers found until then."""
-    for scan in plant.port_scans.under_way():
-        plant.port_scans.break_off(scan)
-        await plant.port_scans.wait(scan, float("inf"))
+    for scan in plant.works.port_scans.under_way():
+        plant.works.port_scans.break_off(scan)
+        await plant.works.port_scans.wait(scan, float("inf"))
         return scan
     raise NotFound("No scan of ports is running.")

@@ -54,22 +54,24 @@ async def start_recording(plant: Plant, wanted: RecordingRequest, *, wait: Wait 
     require(plant, Right.VIEW, *(() if len(lines) == len(plant.ports()) else lines))
     if not (wanted.last_s or wanted.for_s):
         raise InvalidRequest("No time is recorded: last_s and for_s are 0.", "Give one of them, or both.")
-    record = plant.recordings.start(lines, wanted.last_s, wanted.for_s)
-    await plant.recordings.wait(record, wait or 0.0)
+    record = plant.works.recordings.start(lines, wanted.last_s, wanted.for_s)
+    await plant.works.recordings.wait(record, wait or 0.0)
     return record
 
 
 @ROWS.get("/recordings", any_scope=True)
 async def list_recordings(plant: Plant) -> RecordingList:
     """List the recordings of the lines that the caller may see."""
-    return RecordingList(recordings=[record for record in plant.recordings.list() if _sees(plant, record)])
+    return RecordingList(
+        recordings=[record for record in plant.works.recordings.list() if _sees(plant, record)]
+    )
 
 
 @ROWS.get("/recordings/{recording_id}", any_scope=True, whole_plant=True)
 async def get_recording(plant: Plant, recording_id: str, *, wait: Wait = None) -> RecordingInfo:
     """Get a recording, at once or when it is over."""
     record = _find(plant, recording_id)
-    await plant.recordings.wait(record, wait or 0.0)
+    await plant.works.recordings.wait(record, wait or 0.0)
     return record
 
 
@@ -77,7 +79,7 @@ async def get_recording(plant: Plant, recording_id: str, *, wait: Wait = None) -
 async def finish_recording(plant: Plant, recording_id: str) -> RecordingInfo:
     """End a recording before its time; the part until now is kept."""
     record = _find(plant, recording_id)
-    await plant.recordings.finish(record)
+    await plant.works.recordings.finish(record)
     return record
 
 
@@ -85,7 +87,7 @@ async def finish_recording(plant: Plant, recording_id: str) -> RecordingInfo:
 async def delete_recording(plant: Plant, recording_id: str) -> RecordingInfo:
     """Break a recording off, or delete its file."""
     record = _find(plant, recording_id)
-    await plant.recordings.remove(record)
+    await plant.works.recordings.remove(record)
     return record
 
 
@@ -97,11 +99,11 @@ def file_of(plant: Plant, recording_id: str) -> Path:
     record = _find(plant, recording_id)
     if record.status != "finished":
         raise NotFound(f"The recording {as_given(recording_id)} has no file: it is {record.status}.")
-    return plant.recordings.file_of(record)
+    return plant.works.recordings.file_of(record)
 
 
 def _find(plant: Plant, recording_id: str) -> RecordingInfo:
-    record = plant.recordings.find(GATEWAY, recording_id)
+    record = plant.works.recordings.find(GATEWAY, recording_id)
     if record is None or not _sees(plant, record):
         raise NotFound(f"There is no recording {as_given(recording_id)}.", "GET /recordings lists them.")
     return record

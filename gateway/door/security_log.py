@@ -33,10 +33,10 @@ async def list_security_entries(
 
     No use of the gateway pushes an entry out; a flood is counted in one entry.
     """
-    if plant.security.data is None:
+    if plant.access.security.data is None:
         raise NotFound("This gateway has no data directory, and so no security log.")
     try:
-        found = list(await plant.security.newest(limit, cursor))
+        found = list(await plant.access.security.newest(limit, cursor))
     except OSError as error:
         raise NotSent(f"The security log cannot be read: {error.strerror}.") from None
     older = found[-1].number if len(found) == limit and found[-1].number > 1 else None

@@ -54,7 +54,7 @@ async def _note_one(
         told[path] = text, monotonic_ns
         head = {"at": datetime.fromtimestamp(at_ns / 1e9, UTC), "monotonic_ns": monotonic_ns, "path": path}
         noted = to_json(head)[:-1] + b',"state":' + text + b"}"
-        plant.states.append((at_ns, monotonic_ns, noted.decode()))
+        plant.history.states.append((at_ns, monotonic_ns, noted.decode()))
 
 
 def _written(state: BaseModel | Mapping[str, object]) -> bytes:

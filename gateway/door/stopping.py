@@ -35,7 +35,7 @@ def _begin_one(plant: Plant, target: str, mode: StopMode) -> Awaitable[Stopped]:
 
 def _begin_all(plant: Plant, mode: StopMode) -> "list[asyncio.Future[Stopped]]":
     return do_each(
-        "a stop", *(partial(_begin, family, mode) for family in plant.families.values())
+        "a stop", *(partial(_begin, family, mode) for family in plant.packages.families.values())
     ).or_raise()
 
 

@@ -6,10 +6,10 @@ from collections.abc import Mapping, Sequence
 from types import ModuleType
 from typing import Final
 
+from gateway.core.backup_record import Difference
 from gateway.core.errors import GatewayError, NotFound
 from gateway.core.event_types import Swap
 from gateway.core.events import Event
-from gateway.core.restore_record import Difference
 from gateway.door.backups import ENDING, folder_of_nights, plan
 from gateway.door.doors import doors
 from gateway.families import FAMILIES

@@ -22,13 +22,13 @@ async def take_over(plant: Plant, line_id: str, old: str) -> None:
     :raises NotSent: it cannot be written down; nothing has changed.
     """
     port = plant.port(line_id)
-    owners = plant.ownership.owners.get(line_id)
+    owners = plant.peers.ownership.owners.get(line_id)
     if owners is None:
         raise InvalidRequest(
             f"Line {line_id} has no spare; nothing was changed.",
             'Name the gateways that may have it: owners = ["stocker1", "spare1"].',
         )
-    if old not in owners or old == plant.ownership.name:
+    if old not in owners or old == plant.peers.ownership.name:
         raise NotFound(
             f"No other gateway {old} may have line {line_id}; nothing was changed.",
             f"It may be had by {', '.join(owners)}.",
@@ -37,7 +37,7 @@ async def take_over(plant: Plant, line_id: str, old: str) -> None:
         raise InvalidRequest(
             f"Line {line_id} is this gateway's, and ready; nothing was changed.", "There is nothing to do."
         )
-    plant.security.note(entries.LINE_TAKEN_OVER, line_id, old=old)
+    plant.access.security.note(entries.LINE_TAKEN_OVER, line_id, old=old)
     await asyncio.sleep(WAIT_S)
     await plant.take_over(line_id, old)
     for _ in range(int(READY_S / 0.1)):

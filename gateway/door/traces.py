@@ -11,11 +11,10 @@ from gateway.core.aside import aside
 from gateway.core.errors import InvalidRequest
 from gateway.core.operation import Rows, Written
 from gateway.core.rights import Right
-from gateway.core.trace_filter import TraceFilter
 from gateway.door.caller import require
 from gateway.door.names import LineId
 from gateway.plant import Plant
-from transports.trace import Record, TraceEntry, wall_ns
+from transports.trace import Record, TraceEntry, TraceFilter, wall_ns
 
 ROWS: Final = Rows("lines")
 MAX_TRACE_ENTRIES: Final = 10_000
@@ -99,7 +98,7 @@ async def newest(
 ) -> list[TraceEntry]:
     """Give the newest records of a line that pass, oldest first."""
     require(plant, Right.VIEW, line_id)
-    records = plant.recorders[line_id].records(since)
+    records = plant.history.recorders[line_id].records(since)
     if until is not None:
         latest = wall_ns(until)
         records = [record for record in records if record[0] <= latest]
@@ -121,7 +120,7 @@ def follow(
 async def _news(
     plant: Plant, line_id: str, passing: TraceFilter, after: int | None, last: int
 ) -> AsyncIterator[News | None]:
-    recorder = plant.recorders[line_id]
+    recorder = plant.history.recorders[line_id]
     number = recorder.recorded if after is None else min(after, recorder.recorded)
     if after is None and last:
         for piece in _pieces(await aside(_passed, passing, recorder.records(), last)):

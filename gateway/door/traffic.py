@@ -2,7 +2,7 @@
 
 from typing import Final, Literal
 
-from gateway.core.histogram import Histogram
+from gateway.core.load import Histogram
 
 METHODS: Final = ("GET", "POST", "PUT", "PATCH", "DELETE")
 CLASSES: Final = ("2xx", "3xx", "4xx", "5xx")

@@ -3,10 +3,17 @@
 from collections.abc import Callable, Iterator, Sequence
 from typing import Final
 
-from gateway.core.alarms import Cause, CauseKind, Facts, causes_of_moves, stopped
+from gateway.core.alarms import (
+    Cause,
+    CauseKind,
+    Facts,
+    causes_of_moves,
+    causes_of_restores,
+    facts_of_power_loss,
+    stopped,
+    swapped,
+)
 from gateway.core.next_calls import ACKNOWLEDGE, STOP
-from gateway.core.power_alarms import facts_of_power_loss, swapped
-from gateway.core.restore_alarms import causes_of_restores
 from gateway.fics.calls import ERRORS, MOVE, RESET, ROBOT, STATUS
 from gateway.fics.robot import Robot
 from gateway.texts import Text

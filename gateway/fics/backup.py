@@ -7,10 +7,10 @@ from typing import Any, Final, Literal
 
 from pydantic import ValidationError
 
-from gateway.core.backup_text import BackupLine, BackupPart, commented, parts_of, refuse, section
+from gateway.core.backup_record import Difference
+from gateway.core.backups import BackupLine, BackupPart, commented, parts_of, refuse, section
 from gateway.core.errors import Misplaced
 from gateway.core.readings import ProgressListener
-from gateway.core.restore_record import Difference
 from gateway.fics import settings
 from gateway.fics.agreement import same_number
 from gateway.fics.axes import DISPLAYED

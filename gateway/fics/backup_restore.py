@@ -6,7 +6,7 @@ from functools import partial
 from typing import Any, Final
 
 from gateway.core.errors import GatewayError, InvalidRequest, NoReply, PowerCycled
-from gateway.core.lanes import Lane
+from gateway.core.exchange import Lane
 from gateway.core.origin import Origin, current
 from gateway.core.restores import Comparison, ComparisonListener, Watcher
 from gateway.fics import backup, settings

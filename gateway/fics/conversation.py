@@ -13,7 +13,7 @@ from gateway.core.errors import (
     InvalidRequest,
     NoReply,
 )
-from gateway.core.lanes import Lane
+from gateway.core.exchange import Lane
 from gateway.core.origin import Origin, acting
 from gateway.core.preparation import prepare, write_proved
 from gateway.core.session import READ_REPEATS

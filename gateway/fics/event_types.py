@@ -4,6 +4,7 @@ from typing import Literal
 
 from pydantic import Field
 
+from gateway.core.backup_record import Restore
 from gateway.core.event_types import (
     EventData,
     EventType,
@@ -17,7 +18,6 @@ from gateway.core.event_types import (
     news_types,
     restore_types,
 )
-from gateway.core.restore_record import Restore
 from gateway.fics.axes import Coordinates
 from gateway.fics.jogs import JogSession
 from gateway.fics.move_record import RobotMove

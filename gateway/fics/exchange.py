@@ -5,9 +5,7 @@ from dataclasses import dataclass, field
 from typing import Any, Final, NamedTuple
 
 from gateway.core.errors import GatewayError
-from gateway.core.exchange import Exchange, More, RememberedReply, remedy_of
-from gateway.core.exchange import Proof as Proof
-from gateway.core.lanes import Lane
+from gateway.core.exchange import Exchange, Lane, More, RememberedReply, remedy_of
 from protocols.fics.alarms import TakeCurrentError
 from protocols.fics.link import Completion, FicsRefusal, QueryAnswer, SystemFailure, credit, line_of
 from protocols.fics.motor_axes import GetMotorPosition
@@ -47,6 +45,25 @@ POSITIONS: Final[Mapping[str, FicsCommand[Any]]] = {"user": GetUserPosition(), "
 """The positions, by coordinates. Questions that are put again and again are built, and written out, once."""
 
 
+@dataclass(eq=False, slots=True)
+class Proof:
+    """The proof that a motion may be written: all it depends on was asked and answered, with no doubt since.
+
+    The question that shows a loss of power is asked last, and the motion follows at once.
+    """
+
+    doubts: int
+    """`Session.doubts` before the first question."""
+    last: int = 0
+    """The number of the frame that asked the last question."""
+    holds_until: float = 0.0
+    """Time at which the answer to it would have been overdue."""
+
+    def note_asked(self, number: int, deadline: float) -> None:
+        """The last question has been put, as far as is known."""
+        self.last, self.holds_until = number, deadline
+
+
 class RobotQuestion(NamedTuple):
     """A question, or a setting, that goes before a command."""
 
@@ -65,6 +82,12 @@ class FicsExchange(Exchange[FicsCommand[Any], ReplyFrame, RobotAnswered | FicsRe
 
     outdated_before: int = 0
     """The number of the last frame that was no mere read: what was asked before it may be outdated."""
+    fresh: bool = False
+    """True if no copy of an earlier answer may be taken for its own."""
+    needs: Proof | None = None
+    """Proof that has to hold for it to be written."""
+    proves: Proof | None = None
+    """Proof whose last part its answer is."""
     unheard: int = 0
     """`FicsLine.unheard` when it had been written."""
     parts: list[tuple[Reply, str]] = field(default_factory=list)

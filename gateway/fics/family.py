@@ -1,13 +1,15 @@
 """Fics robots: all of a plant, each alone on its line, with their moves."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import partial
 from typing import Annotated, Any, ClassVar, Final, Literal
 
 from pydantic import Field
 
 from gateway.core.alarms import Cause
+from gateway.core.backup_record import Restore
 from gateway.core.errors import InvalidRequest, NotFound
+from gateway.core.exchange import Lane
 from gateway.core.family import (
     PortInfo,
     Site,
@@ -15,14 +17,12 @@ from gateway.core.family import (
     Watch,
     facts_of,
 )
-from gateway.core.kept_works import DurableJobs
-from gateway.core.lanes import Lane
 from gateway.core.operation import DocumentSection, RouteWords
-from gateway.core.restore_record import Restore
 from gateway.core.restores import Restores
 from gateway.core.sampler import Sampler
-from gateway.core.supervisor import do_in_turn
+from gateway.core.supervisor import Deed
 from gateway.core.targets import Replies, Target
+from gateway.core.works import DurableJobs
 from gateway.fics import config, settings, signals
 from gateway.fics.addressed import STOP_MODES, RobotTarget, UnitTarget
 from gateway.fics.alarms import causes
@@ -267,7 +267,6 @@ class Fics(Robots):
                 async with robot.line.sequence_lock.held(Lane.STOP):
                     pass
 
-    async def let_go(self) -> None:
-        """Give the waiters for moves what is known now."""
-        await do_in_turn("the end of long work", self.restores.close)
-        await super().let_go()
+    def letting_go(self) -> Iterable[Deed]:
+        """End restores, and give the waiters for moves what is known now."""
+        return self.restores.close, *super().letting_go()

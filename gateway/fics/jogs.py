@@ -7,8 +7,8 @@ from functools import partial
 from typing import Literal
 
 from gateway.core.errors import ControllerRefused, GatewayError, NoReply
+from gateway.core.exchange import Lane
 from gateway.core.jogs import START_WITHIN_S, Jog, Jogging, JogNews, JogOutOfReach, JogOver, Jogs
-from gateway.core.lanes import Lane
 from gateway.core.supervisor import insist
 from gateway.fics.axes import Places, Tell, at_rest, unit_of
 from gateway.fics.conversation import Accepted, Conversation
@@ -90,6 +90,7 @@ class RobotJogs(Jogs[JogSession, None]):
         jog, epoch = JogSession(unit=unit, axis=axis, direction=direction), self._line.stop_epoch
         session = Jogging(jog, jog.what, self._line, None)
         self._unsettled.append(session)
+        accepted: Accepted | None = None
         try:
             with preparing(self._robot_id, command), self._conversation.sending(command, axes):
                 accepted = await self._conversation.begin(
@@ -99,13 +100,11 @@ class RobotJogs(Jogs[JogSession, None]):
                     expires_at=loop.time() + START_WITHIN_S,
                     on_written=lambda _: self._begin(session),
                 )
-        except BaseException:
-            if not self._was_sent(session):
+        finally:
+            unwritten = accepted is None or accepted.was_not_written()
+            if unwritten and not self._was_sent(session):
                 insist("the end of a JOG", partial(self._settled, session))
-            raise
-        if not self._was_sent(session) and accepted.was_not_written():
-            insist("the end of a JOG", partial(self._settled, session))
-        elif not self._was_sent(session):  # a fault of the gateway itself has met it while it was written
+        if not (unwritten or self._was_sent(session)):  # a fault of our own has met it while it was written
             self._begin(session)
         await self._await_answer(session, command, accepted, epoch)
         if not session.jogs:

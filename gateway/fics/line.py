@@ -9,14 +9,13 @@ from functools import partial
 from typing import Any
 
 from gateway.core.errors import Cancelled, Expired, GarbledReply, GatewayError, NoReply, NotSent, QueueFull
-from gateway.core.exchange import Proof
-from gateway.core.lanes import Lane
+from gateway.core.exchange import Lane
 from gateway.core.line import LineDriver
 from gateway.core.line_state import LineState
 from gateway.core.origin import SET_UP as SET_UP_ORIGIN
 from gateway.core.origin import acting
 from gateway.core.supervisor import insist
-from gateway.fics.exchange import ROBOT, SET_UP, FicsExchange, Outcome, ReplyFrame, RobotAnswered
+from gateway.fics.exchange import ROBOT, SET_UP, FicsExchange, Outcome, Proof, ReplyFrame, RobotAnswered
 from gateway.fics.session import FicsSession, offline_error
 from gateway.texts import text
 from protocols.fics.alarms import TakeCurrentError
@@ -105,7 +104,7 @@ class FicsLine(LineDriver[FicsExchange, ReplyFrame, ReplyFrame]):
     @property
     def online(self) -> bool:
         """True if the robot can be asked now, as far as is known."""
-        return self._open and self._session.online
+        return self._life.is_open and self._session.online
 
     @property
     def uploading(self) -> bool:
@@ -154,15 +153,15 @@ class FicsLine(LineDriver[FicsExchange, ReplyFrame, ReplyFrame]):
         if fresh:
             await self._clear_with(CLEARING, self.late_reply_s)
         pause_s = ASK_AGAIN_S[0]
-        while self._open and not await self._agree_on_mode_or_tell():
+        while self._life.is_open and not await self._agree_on_mode_or_tell():
             await asyncio.sleep(pause_s)
             pause_s = min(2 * pause_s, ASK_AGAIN_S[1])
-        if not self._open:
+        if not self._life.is_open:
             return
         if self.mode == HostMode.VER_2:
             await self._tell(TakeCurrentError())  # what the clearing has left: an error of the system stays
         self._known, self._was_away = True, False
-        if not self._open:
+        if not self._life.is_open:
             return
         self._came_up({"mode": self.mode})
         if self._missing:
@@ -180,9 +179,9 @@ class FicsLine(LineDriver[FicsExchange, ReplyFrame, ReplyFrame]):
         replies, garbage = self.counters["replies"], self.counters["garbage"]
         if await self._agree_on_mode():
             return True
-        if self._open and self.counters["replies"] == replies:
+        if self._life.is_open and self.counters["replies"] == replies:
             self._is_silent(GARBLED if self.counters["garbage"] > garbage else SILENT)
-        elif self._open and not self._tells_mode:
+        elif self._life.is_open and not self._tells_mode:
             self._is_silent(NO_MODES)
         return False
 
@@ -256,7 +255,7 @@ class FicsLine(LineDriver[FicsExchange, ReplyFrame, ReplyFrame]):
 
     async def _tell(self, command: FicsCommand[Any]) -> Outcome:
         """Send a command of the set-up ahead of everything but stops and fences."""
-        if not self._open:
+        if not self._life.is_open:
             return self._down()
         with acting(SET_UP_ORIGIN):
             exchange = self._session.exchange(command, Lane.COMMAND, SET_UP)
@@ -272,11 +271,11 @@ class FicsLine(LineDriver[FicsExchange, ReplyFrame, ReplyFrame]):
         :raises RobotOffline: the robot does not answer (stops are sent nevertheless).
         :raises NotSent: the robot is being set up, and that takes long (stops are sent nevertheless).
         """
-        if not self._open:
+        if not self._life.is_open:
             raise self._down()
         if ROBOT in self._session.offline and exchange.lane is not Lane.STOP:
             raise offline_error(self._session.robot_id)
-        if not self._ready and exchange.lane is not Lane.STOP:
+        if not self._life.is_set_up and exchange.lane is not Lane.STOP:
             self._wait_for_set_up(exchange)
         return self.queue(exchange)
 
@@ -308,7 +307,7 @@ class FicsLine(LineDriver[FicsExchange, ReplyFrame, ReplyFrame]):
         self._loop.call_at(self._patient_until, self._give_up_waiting, exchange, late)
 
     def _give_up_waiting(self, exchange: FicsExchange, reason: NotSent) -> None:
-        if not self._ready:
+        if not self._life.is_set_up:
             self.withdraw(exchange, reason)
 
     def withdraw(self, exchange: FicsExchange, reason: GatewayError) -> None:
@@ -354,6 +353,3 @@ class FicsLine(LineDriver[FicsExchange, ReplyFrame, ReplyFrame]):
         """A motion is seen to have ended without its answer."""
         self._session.give_up(motion)
         self._pump()
-
-    def _take(self, frame: ReplyFrame) -> None:
-        self._receive(frame)

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 from typing import ClassVar
 
 from gateway.core.event_types import IO, Signal, Signals
-from gateway.core.lanes import Lane
+from gateway.core.exchange import Lane
 from gateway.core.live import Live
 from gateway.core.sampler import IO_HZ, LiveSource
 from gateway.fics.event_types import LiveAxis, RobotPosition

@@ -19,15 +19,13 @@ from gateway.core.errors import (
     restarted_in_motion,
 )
 from gateway.core.events import Event
+from gateway.core.exchange import Lane
 from gateway.core.journal.intents import OF_MOVES
-from gateway.core.lanes import Lane
-from gateway.core.move_log import new_id
 from gateway.core.move_record import RESTARTED, START_WITHIN_S, MoveStatus
-from gateway.core.move_runs import MoveRuns, until_answered
+from gateway.core.move_runs import MoveRuns, Silence, until_answered
 from gateway.core.next_calls import NextCall
-from gateway.core.origin import working
+from gateway.core.origin import new_id, working
 from gateway.core.preparation import in_time
-from gateway.core.silence import Silence
 from gateway.core.trajectories import Trajectories
 from gateway.core.verdicts import (
     AXES,
@@ -59,10 +57,10 @@ from gateway.fics.move_record import KINDS, RobotMove, check
 from gateway.fics.plans import PATIENCE, PATIENCE_S, RobotTrajectory, longest_move_s
 from gateway.fics.power import ACKNOWLEDGE
 from gateway.fics.robot import Robot
+from gateway.fics.session import OF_AN_END_IN_VAIN
 from gateway.fics.settings import name_limits
 from gateway.fics.targets import PlaceProof, end_of, places_it_needs, target_of
 from gateway.fics.units import RobotUnit
-from gateway.fics.upload_state import OF_AN_END_IN_VAIN
 from protocols.fics.commands import read
 from protocols.fics.homing import HomeRobot
 from protocols.fics.link import FicsRefusal, SystemFailure

@@ -9,7 +9,7 @@ from typing import Any, Final
 from pydantic import Field
 
 from gateway.core.errors import ControllerRefused, GatewayError
-from gateway.core.lanes import Lane
+from gateway.core.exchange import Lane
 from gateway.core.records import Record
 from gateway.core.trajectories import Trajectory
 from gateway.fics.axes import AxisDuration, AxisDurations, Coordinates, Places

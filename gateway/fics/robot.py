@@ -1,7 +1,7 @@
 """A robot as the gateway sees it: composed of its units, what is asked of it, and what moves it."""
 
 import asyncio
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from functools import partial
 from typing import Any, Self
 
@@ -9,12 +9,12 @@ from pydantic import Field
 
 from gateway.core.controllers import Controllers
 from gateway.core.errors import InvalidRequest
+from gateway.core.exchange import Lane
 from gateway.core.jogs import JogNews
-from gateway.core.lanes import Lane
 from gateway.core.records import Record
 from gateway.core.restores import Restores
 from gateway.core.stops import StopMode
-from gateway.core.supervisor import do_each, do_in_turn
+from gateway.core.supervisor import Deed, do_each
 from gateway.fics.axes import UnitAxes
 from gateway.fics.bits import Bits
 from gateway.fics.conversation import Answers, answered_now, deadline_of
@@ -82,10 +82,9 @@ class Robot(AskedRobot):
         line.on_change = self._line_changed
         line.on_stray = self._note_stray
 
-    async def close(self) -> None:
+    def closing(self) -> Iterable[Deed]:
         """Stop what jogs, give up repeating stops, and close the line; moves run on in the robot."""
-        work = self.jogs, self.stops, self.line, self.conversation
-        await do_in_turn(f"the end of {self.id}", *(part.close for part in work))
+        return self.jogs.close, self.stops.close, self.line.close, self.conversation.close
 
     @property
     def moves_under_way(self) -> list[str]:

@@ -12,23 +12,91 @@ from math import inf
 from typing import Any
 
 from gateway.core.errors import Cancelled, GatewayError, NoReply, StoppedFirst
-from gateway.core.exchange import RememberedReply
+from gateway.core.exchange import ExpectedReply, Lane, RememberedReply
 from gateway.core.fence import FENCE_TRIES
-from gateway.core.lanes import Lane
 from gateway.core.session import READ_REPEATS, Awaited, Session
 from gateway.fics.errors import NotProved, RobotOffline
-from gateway.fics.exchange import ROBOT, SET_UP, FicsExchange, ReplyFrame, RobotAnswered
-from gateway.fics.upload_state import UploadState
+from gateway.fics.exchange import ROBOT, SET_UP, FicsExchange, Proof, ReplyFrame, RobotAnswered
 from protocols.fics.alarms import GetErrorDetail
 from protocols.fics.link import Completion, FicsRefusal, Terminator, Ver3Reader, credit, encode, line_of
 from protocols.fics.motor_axes import GetMotorPosition
-from protocols.fics.positions import EndPositionUpload
-from protocols.fics.row import BLOCK_ERRORS, Block, FicsCommand, WhenAnswered
+from protocols.fics.positions import BeginPositionUpload, EndPositionUpload
+from protocols.fics.row import BLOCK_ERRORS, UPLOAD_ERROR, Block, FicsCommand, WhenAnswered
 from protocols.fics.status import GetAxisSensors
 from protocols.fics.stops import StopAllDecelerating, StopAllImmediately
 from protocols.fics.system import GetSystemVersion, HostMode, SetCommunicationMode
 from protocols.fics.variables import GetVariable
 from protocols.table import Retry
+
+NO_UPLOAD = "E08"
+"""The refusal of a position where no upload is open (C-HOST manual 2-12); that of POF 2 is an assumption."""
+OF_AN_END_IN_VAIN = (NO_UPLOAD, BLOCK_ERRORS[Block.MOTION])
+"""The refusals of the end of an upload where none is open, or the robot moves (C-HOST manual 1-7)."""
+
+
+class UploadState:
+    """The knowledge of the upload of one robot."""
+
+    def __init__(self) -> None:
+        self.is_open = False
+        """True if one is open, as far as is known: its end was not sent, or not taken."""
+        self.may_be_open = False
+        """True if one is, or was ended in Ver.2, where no answer tells that it was heard."""
+        self._begun = 0
+        """The number of the frame that began the last one: only what was written later can prove its end."""
+        self._ended_at_try: int | None = None
+        """The try of the fence before which POF 2 was sent, or was not needed."""
+
+    def doubt(self) -> None:
+        """A command was refused as it is in an upload: POF 2 goes before whatever follows."""
+        self.is_open = self.may_be_open = True
+
+    def note_written(self, command: FicsCommand[Any], number: int, *, silent: bool) -> None:
+        """Note a written frame by its number; a `silent` one gets no answer."""
+        if isinstance(command, BeginPositionUpload):
+            self._begun = number
+            self.doubt()
+        elif silent and isinstance(command, EndPositionUpload):
+            self.is_open = False
+
+    def note_outcome(self, command: FicsCommand[Any], number: int, outcome: object) -> bool:
+        """Note an answer to a frame; tells whether only an open upload explains it.
+
+        No upload is open if its end was taken, or anything else that an upload does not let through.
+        """
+        ends, begins = isinstance(command, EndPositionUpload), isinstance(command, BeginPositionUpload)
+        if not isinstance(outcome, FicsRefusal):
+            closed = (ends or not command.during_upload) and number > self._begun
+        else:
+            closed = (begins and outcome.error != UPLOAD_ERROR) or (ends and outcome.error == NO_UPLOAD)
+        if closed:
+            self.is_open = self.may_be_open = False
+            return False
+        doubtful = isinstance(outcome, FicsRefusal) and _only_an_upload_explains(command, outcome)
+        if doubtful:
+            self.doubt()
+        return doubtful
+
+    def begin_fence(self, *, in_doubt: bool) -> None:
+        """A fence begins. Where nothing was `in_doubt`, an upload may be open only if its first try fails."""
+        self._ended_at_try = None if in_doubt or self.is_open else 0
+
+    def must_end_before(self, fence_try: int, mode: int) -> bool:
+        """True if POF 2 goes before a try of the fence: once, where an upload may be open.
+
+        In Ver.2 an upload of another host would be as silent.
+        """
+        due = (self.may_be_open or mode == HostMode.VER_2) and self._ended_at_try != fence_try
+        if due:
+            self._ended_at_try = fence_try
+        return due
+
+
+def _only_an_upload_explains(command: FicsCommand[Any], refusal: FicsRefusal) -> bool:
+    """True if neither the teaching terminal nor motion refuses this command so (C-HOST manual 1-7)."""
+    edited = Block.TERMINAL_EDITS in command.blocked
+    return refusal.error == UPLOAD_ERROR and not command.during_upload and not edited
+
 
 NEVER_FORBIDDEN: tuple[type[FicsCommand[Any]], ...] = (
     GetSystemVersion,
@@ -99,7 +167,7 @@ class FicsSession(Session[FicsExchange, ReplyFrame]):
     @property
     def unheard(self) -> int:
         """The number of commands so far that may have been refused without an answer."""
-        return self.doubts + self._said_silently
+        return self._fence.doubts + self._said_silently
 
     # what goes next
 
@@ -113,10 +181,12 @@ class FicsSession(Session[FicsExchange, ReplyFrame]):
             lane,
             target=target,
             epoch=self.epoch(target) if lane is Lane.COMMAND else 0,
-            timeout_s=min(QUICK_S, self.reply_timeout_s) if quick else self.reply_timeout_s,
-            repeats=READ_REPEATS if command.retry is Retry.READ and not may_be_silent else 0,
             rank=_RANKS.get(type(command), 0) if lane is Lane.STOP else 0,
-            reply_names=command.reply_names(),
+            reply=ExpectedReply(
+                timeout_s=min(QUICK_S, self.terms.reply_timeout_s) if quick else self.terms.reply_timeout_s,
+                repeats=READ_REPEATS if command.retry is Retry.READ and not may_be_silent else 0,
+                names=command.reply_names(),
+            ),
         )
 
     def goes_before_stop(self) -> FicsExchange | None:
@@ -135,7 +205,7 @@ class FicsSession(Session[FicsExchange, ReplyFrame]):
 
     def _closing(self) -> bool:
         """True if the end of an upload is on its way."""
-        return any(map(_ends_upload, (*self.scheduler.exchanges(Lane.STOP), *self._sent)))
+        return any(map(_ends_upload, (*self.scheduler.exchanges(Lane.STOP), *self.sent)))
 
     def begin_stop(self) -> None:
         """Begin a new stop epoch: no command admitted earlier can be written any more."""
@@ -177,6 +247,10 @@ class FicsSession(Session[FicsExchange, ReplyFrame]):
         if self.in_step and any(self._could_get_a_copy(question, now) for question in questions):
             self._lose_step(doubtful=False)
 
+    def holds(self, proof: Proof, now: float) -> bool:
+        """Say whether a motion may be written that follows the last question of its proof."""
+        return proof.doubts == self.doubts and proof.last == self.sent.written and now < proof.holds_until
+
     # the fence
 
     def _lose_step(self, target: int = ROBOT, *, doubtful: bool = True) -> None:
@@ -201,7 +275,7 @@ class FicsSession(Session[FicsExchange, ReplyFrame]):
         query = (fresh or NEVER_FORBIDDEN)[0] if last or (fresh and self._may_forbid_variables()) else None
         question = _question_of(self._fresh_variable()) if query is None else query()
         fence = self.exchange(question, Lane.READ)
-        fence.self_identifying = True
+        fence.reply.self_identifying = True
         return fence
 
     def _may_forbid_variables(self) -> bool:
@@ -230,7 +304,7 @@ class FicsSession(Session[FicsExchange, ReplyFrame]):
         """Doubt what should have been answered at once; a decelerating stop is answered at standstill."""
         if type(fence.command) in NEVER_FORBIDDEN and self._fence.tries > 0:
             self._forbidding |= {Block.TERMINAL_RUNS}
-        for stop in [sent for sent in self._sent if sent.number < fence.number and sent.lane is Lane.STOP]:
+        for stop in [sent for sent in self.sent if sent.number < fence.number and sent.lane is Lane.STOP]:
             if not isinstance(stop.command, StopAllDecelerating):
                 self._doubt(stop, stop.unusable(NoReply, "no reply came"))
 
@@ -267,9 +341,11 @@ class FicsSession(Session[FicsExchange, ReplyFrame]):
         """Note what it begins or ends; stops and motion are answered while others are asked."""
         command, silent = exchange.command, self._is_silent(exchange.command)
         exchange.parts.clear()  # of an earlier attempt
+        if exchange.proves is not None:
+            exchange.proves.note_asked(exchange.number, exchange.reply.due_at)
         self._now = now
         if type(command) in NEVER_FORBIDDEN:
-            self._answers_until[command.code] = now + exchange.timeout_s + self.late_reply_s
+            self._answers_until[command.code] = now + exchange.reply.timeout_s + self.terms.late_reply_s
         if type(command) is GetVariable and exchange is not self._fence.query:
             self._asked_for.append(command.number)
         if command.retry is not Retry.READ:
@@ -282,10 +358,10 @@ class FicsSession(Session[FicsExchange, ReplyFrame]):
             exchange.settle(RobotAnswered(confirmed=False))
             return Awaited.NEVER
         if type(command) is StopAllDecelerating:
-            exchange.await_until((exchange.deadline or now) + STANDSTILL_S)
+            exchange.reply.await_until((exchange.reply.deadline or now) + STANDSTILL_S)
         elif _is_answered_at_its_end(command):
             self._forget_motion()
-            exchange.await_until(None)
+            exchange.reply.await_until(None)
             return Awaited.BESIDE
         return Awaited.BESIDE if exchange.lane is Lane.STOP else Awaited.FIRST
 
@@ -297,7 +373,7 @@ class FicsSession(Session[FicsExchange, ReplyFrame]):
 
     def note_reply(self, exchange: FicsExchange, frame: ReplyFrame, now: float) -> None:
         """Remember it, for a copy may come."""
-        self._remember(exchange, frame, now, now + self.late_reply_s)
+        self._remember(exchange, frame, now, now + self.terms.late_reply_s)
 
     def _remember(self, exchange: FicsExchange, frame: ReplyFrame, now: float, until: float) -> None:
         said = RememberedReply(
@@ -311,7 +387,7 @@ class FicsSession(Session[FicsExchange, ReplyFrame]):
             self._copies.forget(ROBOT)  # but not its own answer, which has no number in Ver.2
         self.note_reply(exchange, frame, now)
         if type(exchange.command) in NEVER_FORBIDDEN:
-            self._answers_until[exchange.command.code] = now + self.late_reply_s
+            self._answers_until[exchange.command.code] = now + self.terms.late_reply_s
         if not (exchange is self._fence.query and isinstance(outcome, FicsRefusal)):
             self.offline.discard(ROBOT)
         if isinstance(outcome, RobotAnswered):
@@ -323,15 +399,15 @@ class FicsSession(Session[FicsExchange, ReplyFrame]):
 
     def _forget_motion(self) -> FicsExchange | None:
         """No answer to a motion is awaited any more: a robot does one at a time."""
-        motion = next((sent for sent in self._sent if _is_answered_at_its_end(sent.command)), None)
+        motion = next((sent for sent in self.sent if _is_answered_at_its_end(sent.command)), None)
         if motion is not None:
-            self._sent.let_go(motion)
+            self.sent.let_go(motion)
         return motion
 
     def give_up(self, motion: FicsExchange) -> None:
         """A motion has ended, and its answer will not come: fence now, so that none comes late."""
-        if motion in self._sent:
-            self._sent.let_go(motion)
+        if motion in self.sent:
+            self.sent.let_go(motion)
             self._lose_step()
 
     def lose_motion(self, reason: NoReply, unsent: Cancelled) -> None:

@@ -9,7 +9,7 @@ from typing import Any, Protocol
 from pydantic import Field
 
 from gateway.core.errors import GatewayError
-from gateway.core.lanes import Lane
+from gateway.core.exchange import Lane
 from gateway.core.records import request_id_field
 from gateway.core.stops import (
     CONFIRM_WITHIN_S,
@@ -25,7 +25,7 @@ from gateway.core.stops import (
     standstill_unknown,
 )
 from gateway.core.supervisor import do_in_turn
-from gateway.core.waiting import happens
+from gateway.core.times import happens
 from gateway.fics.axes import Places, Tell, at_rest
 from gateway.fics.conversation import Conversation
 from gateway.fics.errors import UnitMissing

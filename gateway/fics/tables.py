@@ -7,7 +7,7 @@ from typing import Any
 from pydantic import ValidationError
 
 from gateway.core.errors import OVERTAKEN, GatewayError, InvalidRequest, NoReply
-from gateway.core.lanes import Lane
+from gateway.core.exchange import Lane
 from gateway.fics.agreement import READINGS, same_number
 from gateway.fics.axes import DISPLAYED, at_rest
 from gateway.fics.conversation import Answers, Conversation, answered_now, deadline_of

@@ -6,7 +6,7 @@ from typing import Any, Literal, TypeVar
 
 from gateway.core.errors import ControllerRefused, GarbledReply, GatewayError, InvalidRequest
 from gateway.core.events import Data, Event
-from gateway.core.lanes import Lane
+from gateway.core.exchange import Lane
 from gateway.core.trajectories import Trajectory
 from gateway.fics.axes import Coordinates, Places, UnitAxes, at_rest, unit_of
 from gateway.fics.bits import Bits

@@ -5,7 +5,7 @@ from contextlib import suppress
 
 from gateway.core.errors import ControllerRefused, Expired, GatewayError, PowerCycled
 from gateway.core.line_state import LineState
-from gateway.core.waiting import happens
+from gateway.core.times import happens
 from gateway.fics.axes import at_rest, in_trouble
 from gateway.fics.errors import IN_MOTION, RobotBusy
 from gateway.fics.exchange import UNIT

@@ -4,11 +4,18 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
 from typing import Final
 
-from gateway.core.alarms import Cause, CauseKind, Facts, causes_of_moves, stopped
+from gateway.core.alarms import (
+    Cause,
+    CauseKind,
+    Facts,
+    causes_of_moves,
+    causes_of_restores,
+    facts_of_power_loss,
+    stopped,
+    swapped,
+)
 from gateway.core.errors import ControllerRefused, GatewayError, calls_for
 from gateway.core.next_calls import ACKNOWLEDGE, ALARMS, LINE_STATE, STOP, NextCall, filled_in, get, post
-from gateway.core.power_alarms import facts_of_power_loss, swapped
-from gateway.core.restore_alarms import causes_of_restores
 from gateway.core.rights import RIGHT_OF, Right
 from gateway.rorze.bodies import Body
 from gateway.rorze.line import Line

@@ -10,7 +10,7 @@ from operator import eq
 from typing import Any, Final, Literal, Protocol, TypeVar
 
 from gateway.core.errors import GatewayError, NotSent
-from gateway.core.lanes import Lane
+from gateway.core.exchange import Lane
 from gateway.rorze.units import Scale
 from protocols.rorze.notation import PositionReference
 from protocols.rorze.position_table import GetNumberedPositionEntry

@@ -11,11 +11,11 @@ from typing import Final, TypeVar
 
 from pydantic import ValidationError
 
-from gateway.core.backup_text import BackupLine, BackupPart, commented, parts_of, refuse, section
+from gateway.core.backup_record import Difference, ScaleDifference, Units
+from gateway.core.backups import BackupLine, BackupPart, commented, parts_of, refuse, section
 from gateway.core.errors import BodyBusy, ControllerRefused, InvalidRequest, Misplaced
-from gateway.core.lanes import Lane
+from gateway.core.exchange import Lane
 from gateway.core.readings import ProgressListener
-from gateway.core.restore_record import Difference, ScaleDifference, Units
 from gateway.rorze import stored_program
 from gateway.rorze.asked_body import is_mark
 from gateway.rorze.backup_places import (

@@ -4,19 +4,18 @@ import asyncio
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 
+from gateway.core.backup_record import ScaleDifference
 from gateway.core.errors import BodyBusy, ControllerRefused, GatewayError, NoReply
-from gateway.core.lanes import Lane
-from gateway.core.restore_record import ScaleDifference
+from gateway.core.exchange import Lane, Series
 from gateway.core.restores import Comparison, ComparisonListener, Watcher
-from gateway.core.sequence_lock import Series
 from gateway.rorze import backup
 from gateway.rorze.asked_body import is_mark
 from gateway.rorze.backup import Contents
 from gateway.rorze.backup_places import Command, place_of
 from gateway.rorze.bodies import Body
 from gateway.rorze.errors import SaveUncertain
-from gateway.rorze.exchange import RorzeExchange
 from gateway.rorze.program_uploads import BLOCK, WRITTEN_DOWN, ProgramUploads, blocks, require_rest
+from gateway.rorze.session import RorzeExchange
 from protocols.rorze.flash import SavePositions, SaveProgram, SaveSettings
 from protocols.rorze.programs import AddProgramInstruction, ClearProgram
 from protocols.rorze.status import GetInformation, SetUserComment

@@ -9,7 +9,7 @@ from math import inf
 from typing import Any, Final, TypeVar, cast
 
 from gateway.core.errors import BodyBusy, ControllerRefused, GatewayError, InvalidRequest, NoReply
-from gateway.core.lanes import Lane
+from gateway.core.exchange import Lane
 from gateway.core.move_record import CountedIn, Move, MoveStatus
 from gateway.core.targets import Looked
 from gateway.core.trajectories import Trajectory
@@ -17,7 +17,6 @@ from gateway.rorze.asked_body import believed
 from gateway.rorze.body_states import BodyAction, BodyLife, BodyNews
 from gateway.rorze.config import Events
 from gateway.rorze.errors import refused
-from gateway.rorze.exchange import Answered, Outcome, RorzeExchange
 from gateway.rorze.knowledge import (
     COMMAND_ERROR,
     PROGRAM_RUNS,
@@ -36,6 +35,7 @@ from gateway.rorze.knowledge import (
 )
 from gateway.rorze.line import Line, lane_of
 from gateway.rorze.power import POWER_ON_POSITION, BodyPower, Mark
+from gateway.rorze.session import Answered, Outcome, RorzeExchange
 from gateway.rorze.units import Scale
 from protocols.rorze.commands import COMMANDS
 from protocols.rorze.link import Refusal

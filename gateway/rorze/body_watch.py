@@ -6,8 +6,8 @@ from contextlib import suppress
 from math import inf
 
 from gateway.core.errors import ControllerRefused, GatewayError
-from gateway.core.lanes import Lane
-from gateway.core.waiting import happens
+from gateway.core.exchange import Lane
+from gateway.core.times import happens
 from gateway.rorze.bodies import NO_PROGRAM_S, STATUS, Body, Group
 from gateway.rorze.config import Events
 from gateway.rorze.line import Line

@@ -7,7 +7,7 @@ from typing import Annotated, Final, Literal, NamedTuple, Self
 from pydantic import BaseModel, Field, model_validator
 
 from gateway.core.errors import GatewayError, InvalidRequest, PowerCycled
-from gateway.core.lanes import Lane
+from gateway.core.exchange import Lane
 from gateway.core.operation import Rows, Wait
 from gateway.core.records import RequestModel, SentBack, example, require_same
 from gateway.core.rights import Right

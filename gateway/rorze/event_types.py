@@ -2,6 +2,7 @@
 
 from pydantic import Field
 
+from gateway.core.backup_record import Restore
 from gateway.core.event_types import (
     LINE,
     EventData,
@@ -17,7 +18,6 @@ from gateway.core.event_types import (
     restore_types,
 )
 from gateway.core.move_record import Move
-from gateway.core.restore_record import Restore
 from gateway.rorze.live import BodyPosition
 from gateway.rorze.move_requests import BodyJog
 from gateway.rorze.positions import PositionReading, TableUpload

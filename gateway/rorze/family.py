@@ -10,7 +10,7 @@ from pydantic import Field
 
 from gateway.core.addresses import fits, none_such
 from gateway.core.alarms import Cause
-from gateway.core.backup_record import Reading
+from gateway.core.backup_record import Reading, Restore
 from gateway.core.errors import Ambiguous, InvalidRequest, NotFound
 from gateway.core.events import Event
 from gateway.core.family import (
@@ -26,19 +26,17 @@ from gateway.core.family import (
     why_it_moves,
 )
 from gateway.core.jogs import JogNews
-from gateway.core.kept_works import DurableJobs
 from gateway.core.move_log import MoveLog
 from gateway.core.move_record import RESTARTED, Move, MoveStatus
 from gateway.core.operation import DocumentSection, RouteWords
 from gateway.core.origin import RESTART, acting
-from gateway.core.parts import Part
-from gateway.core.restore_record import Restore
+from gateway.core.parts import Part, numbered_address
 from gateway.core.restores import Restores
 from gateway.core.sampler import Sampler
-from gateway.core.spelling import numbered_address
 from gateway.core.stops import StopMode
-from gateway.core.supervisor import do_each, do_in_turn
+from gateway.core.supervisor import Deed, do_each
 from gateway.core.targets import Stopped, Target, stopped
+from gateway.core.works import DurableJobs
 from gateway.rorze import (
     captures,
     config,
@@ -56,7 +54,6 @@ from gateway.rorze.backup_restore import BodyRestore
 from gateway.rorze.bodies import Body, Configured, Group
 from gateway.rorze.body_watch import BodyWatch, watch_events, watch_groups
 from gateway.rorze.event_types import TYPES
-from gateway.rorze.exchange import RorzeExchange
 from gateway.rorze.groups import Groups, planned_group
 from gateway.rorze.guards import Guards
 from gateway.rorze.jogs import BodyJogs
@@ -70,6 +67,7 @@ from gateway.rorze.probes import Health, Sweep
 from gateway.rorze.program_runs import ProgramRun, ProgramRuns
 from gateway.rorze.program_uploads import ProgramUpload, ProgramUploads
 from gateway.rorze.scans import Scans
+from gateway.rorze.session import RorzeExchange
 from gateway.rorze.stops import StopReport, Stops
 from gateway.rorze.stored_program import EndlessPrograms
 from gateway.rorze.targets import STOP_MODES, BodyTarget, GroupTarget, LinkMasterTarget
@@ -301,9 +299,11 @@ class Rorze(Family):
         body.power.on_memory = self.site.known.keep(body.address, body.power)
         self._bodies[body.address] = body
 
-    async def remove(self, line: Line) -> None:
+    def removing(self, line: Line) -> Iterable[Deed]:
         """Close a line, and forget its bodies and groups."""
-        await line.close()
+        return line.close, partial(self._forget, line)
+
+    def _forget(self, line: Line) -> None:
         self._groups.forget(line)
         for body in self.bodies_of(line):
             del self._bodies[body.address]
@@ -677,17 +677,15 @@ class Rorze(Family):
                 move_id = None if body.move is None else body.move.id
                 yield MayMove("body", f"/bodies/{body.address}", why, move_id)
 
-    async def let_go(self) -> None:
-        """Give the waiters for moves what is known now."""
-        what, works = "the end of long work", self.works().values()
-        closing = self.scans.close, self.position_readings.close, *(work.close for work in works)
-        await do_in_turn(what, *closing, self.moves.let_go)
+    def letting_go(self) -> Iterable[Deed]:
+        """End long work, and give the waiters for moves what is known now."""
+        works = (work.close for work in self.works().values())
+        return self.scans.close, self.position_readings.close, *works, self.moves.let_go
 
-    async def close(self) -> None:
+    def closing(self) -> Iterable[Deed]:
         """End all work and close the lines."""
         lines = (line.close for line in self.lines.values())
-        work = self.scans.close, self.moves.close
-        await do_in_turn("the end of all lines", self.jogs.close, self.stops.close, *lines, *work)
+        return self.jogs.close, self.stops.close, *lines, self.scans.close, self.moves.close
 
 
 T = TypeVar("T", Body, Group)

@@ -5,7 +5,7 @@ from collections.abc import Callable, Sequence
 from functools import partial
 
 from gateway.core.errors import BodyBusy, GatewayError, InvalidRequest
-from gateway.core.lanes import Lane
+from gateway.core.exchange import Lane
 from gateway.rorze.bodies import Body, Group
 from gateway.rorze.line import Line
 from protocols.rorze.row import FIRST_GROUP, LAST_GROUP

@@ -4,9 +4,9 @@ from collections.abc import Callable, Sequence
 
 from gateway.core.errors import BodyBusy, Cancelled, GatewayError, InvalidRequest
 from gateway.rorze.bodies import Body
-from gateway.rorze.exchange import RorzeExchange
 from gateway.rorze.line import Line
 from gateway.rorze.power import needs_place
+from gateway.rorze.session import RorzeExchange
 from protocols.rorze.programs import RunProgram, StepProgram
 from protocols.table import Effect
 

@@ -10,16 +10,14 @@ from contextlib import AbstractContextManager, contextmanager
 from typing import Any
 
 from gateway.core.errors import BodyOffline, GarbledReply, GatewayError, NoReply
-from gateway.core.lanes import STOPS, Lane
+from gateway.core.exchange import STOPS, Lane
 from gateway.core.line import LineDriver
 from gateway.core.line_state import LineState as LineState
 from gateway.core.line_state import PortNews
 from gateway.core.origin import PROBE, SET_UP, acting
-from gateway.core.trace_filter import FrameSubject
-from gateway.core.waiting import happens
+from gateway.core.times import happens
 from gateway.rorze.errors import refused
-from gateway.rorze.exchange import Answered, Outcome, ReplyFrame, RorzeExchange
-from gateway.rorze.session import Presence, RorzeSession
+from gateway.rorze.session import Answered, Outcome, Presence, ReplyFrame, RorzeExchange, RorzeSession
 from gateway.texts import text
 from protocols.rorze.link import (
     POISON,
@@ -31,6 +29,7 @@ from protocols.rorze.link_master import IdentifyControllers, SetGroup, SetReplyF
 from protocols.rorze.row import LINK_MASTER, RorzeCommand
 from protocols.table import Effect
 from transports.base import Transport
+from transports.trace import FrameSubject
 
 log = logging.getLogger(__name__)
 
@@ -199,7 +198,7 @@ class Line(LineDriver[RorzeExchange, ReplyFrame | Message, ReplyFrame]):
     @property
     def interject_stops(self) -> bool:
         """True if a stop goes out before the reply under way."""
-        return self._session.interject_stops
+        return self._session.terms.interject_stops
 
     @property
     def strict(self) -> bool:
@@ -257,7 +256,7 @@ class Line(LineDriver[RorzeExchange, ReplyFrame | Message, ReplyFrame]):
         self._begins_set_up()
         self.set_ups += 1
         if fresh:
-            await self._clear_with(POISON, self._session.late_reply_s)
+            await self._clear_with(POISON, self._session.terms.late_reply_s)
             self._garbage_before = self.counters["garbage"]
         identified = await self._tell(IdentifyControllers())
         if isinstance(identified, Answered):
@@ -269,7 +268,7 @@ class Line(LineDriver[RorzeExchange, ReplyFrame | Message, ReplyFrame]):
                 group for group in self.groups.items() if fresh or group[0] not in self.own_groups
             ]:
                 self._note_group(group, await self._tell(_group_definition(group, members)), self.set_ups)
-        if self._open:
+        if self._life.is_open:
             self._begin_to_serve(link_answers=link_answers)
 
     def _begin_to_serve(self, *, link_answers: bool) -> None:
@@ -295,7 +294,7 @@ class Line(LineDriver[RorzeExchange, ReplyFrame | Message, ReplyFrame]):
 
     async def _tell(self, command: RorzeCommand[Any]) -> Outcome:
         """Send the link master a command ahead of everything but stops and fences."""
-        if not self._open:
+        if not self._life.is_open:
             return self._down()
         with acting(SET_UP):
             exchange = self._session.exchange(LINK_MASTER, command, Lane.COMMAND)
@@ -358,7 +357,7 @@ class Line(LineDriver[RorzeExchange, ReplyFrame | Message, ReplyFrame]):
         """
         if lane is Lane.COMMAND:
             self.require_fit()
-        if not self._open:
+        if not self._life.is_open:
             raise self._down()
         if body in self.offline and lane not in STOPS:
             raise self.presence.offline_error(body)
@@ -377,8 +376,8 @@ class Line(LineDriver[RorzeExchange, ReplyFrame | Message, ReplyFrame]):
     def probe(self, body: int, timeout_s: float, lane: Lane = Lane.READ) -> "asyncio.Future[Outcome]":
         """Ask a body, known or not, whether it is there, by a read that nothing else can be mistaken for."""
         exchange = self._session.self_identifying_read(body)
-        exchange.timeout_s, exchange.lane = timeout_s, lane
-        if self._open:
+        exchange.reply.timeout_s, exchange.lane = timeout_s, lane
+        if self._life.is_open:
             return self.queue(exchange)
         future = self._promise(exchange)
         exchange.settle(self._down())
@@ -412,14 +411,14 @@ class Line(LineDriver[RorzeExchange, ReplyFrame | Message, ReplyFrame]):
         if self._all_are_offline():
             self._nobody_answers = True
             self.roll.line_fell_silent(self.presence.last_heard_at)
-            if self._ready:
+            if self._life.is_set_up:
                 self.set_up_again("nobody answers any more")
 
     def _came_back(self, body: int) -> None:
         self.roll.came_back(body)
         self.on_change("body.online", {"body": body})
         was_silent = self.state is LineState.SILENT or self._nobody_answers
-        if was_silent and self._ready and not self._set_up_due:
+        if was_silent and self._life.is_set_up and not self._set_up_due:
             self._nobody_answers = False
             self.set_up_again("the line was silent and answers again")
 
@@ -454,7 +453,7 @@ class Line(LineDriver[RorzeExchange, ReplyFrame | Message, ReplyFrame]):
             began_at = self._loop.time()
             if await self._answers_probe(body, Lane.READ):
                 somebody_came_back = True
-                if self.roll.members and (self.roll.due or self._set_up_due or not self._ready):
+                if self.roll.members and (self.roll.due or self._set_up_due or not self._life.is_set_up):
                     return True
             elif len(self.offline) < len(self.bodies):
                 rest_s = (self._loop.time() - began_at) / PROBE_SHARE
@@ -468,8 +467,8 @@ class Line(LineDriver[RorzeExchange, ReplyFrame | Message, ReplyFrame]):
 
     async def _answers_probe(self, body: int, lane: Lane) -> bool:
         """True if the body answers. One that was silent only with its whole line is silent itself if not."""
-        outcome = await self.probe(body, self._session.reply_timeout_s, lane)
-        if isinstance(outcome, NoReply) and self._open and not self._all_are_offline():
+        outcome = await self.probe(body, self._session.terms.reply_timeout_s, lane)
+        if isinstance(outcome, NoReply) and self._life.is_open and not self._all_are_offline():
             self.roll.members.discard(body)
             if body in self.roll.unasked:
                 self._fell_silent(body, asked=True)

@@ -10,7 +10,7 @@ from pydantic import Field
 
 from gateway.core.errors import ControllerRefused, GatewayError
 from gateway.core.event_types import IO, EventData, Signal, Signals
-from gateway.core.lanes import Lane
+from gateway.core.exchange import Lane
 from gateway.core.live import Live
 from gateway.core.move_record import CountedIn
 from gateway.core.records import Record

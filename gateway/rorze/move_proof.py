@@ -16,9 +16,10 @@ from gateway.core.errors import (
     QueueFull,
     refused_in_motion,
 )
-from gateway.core.lanes import Lane
+from gateway.core.exchange import Lane
 from gateway.core.move_record import Move, MoveStatus
-from gateway.core.silence import Silence
+from gateway.core.move_runs import Silence
+from gateway.core.times import happens
 from gateway.core.verdicts import (
     AtRest,
     Begun,
@@ -34,7 +35,6 @@ from gateway.core.verdicts import (
     VerdictWords,
     judge,
 )
-from gateway.core.waiting import happens
 from gateway.rorze.asked_body import believed
 from gateway.rorze.bodies import ENCODER_SWAYS, STATUS, Body
 from gateway.rorze.errors import IN_MOTION

@@ -18,17 +18,16 @@ from gateway.core.errors import (
     restarted_in_motion,
 )
 from gateway.core.events import Event
+from gateway.core.exchange import Lane
 from gateway.core.journal.intents import OF_MOVES
-from gateway.core.lanes import Lane
-from gateway.core.move_log import new_id
 from gateway.core.move_record import RESTARTED, START_WITHIN_S, Move, MoveKind, MoveStatus
 from gateway.core.move_runs import Beginning, MoveRuns, guarded
 from gateway.core.next_calls import NextCall
-from gateway.core.origin import working
+from gateway.core.origin import new_id, working
 from gateway.core.supervisor import do_each
+from gateway.core.times import happens, together
 from gateway.core.trajectories import Trajectories
 from gateway.core.verdicts import Unbegun, judge
-from gateway.core.waiting import happens, together
 from gateway.rorze.alarms import calls_for_body
 from gateway.rorze.asked_body import believed
 from gateway.rorze.bodies import Body, Group, R, idle_bodies_of

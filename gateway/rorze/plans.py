@@ -11,7 +11,7 @@ from typing import Annotated, Any, Final, Literal, NamedTuple, TypeVar
 from pydantic import BaseModel, Field, WithJsonSchema
 
 from gateway.core.errors import ControllerRefused, InvalidRequest
-from gateway.core.lanes import Lane
+from gateway.core.exchange import Lane
 from gateway.core.move_record import CountedIn
 from gateway.core.records import Record, RequestModel, example
 from gateway.rorze.bodies import Body, Group, idle_bodies_of

@@ -9,7 +9,7 @@ from pydantic import Field
 
 from gateway.core.backup_record import Reading
 from gateway.core.errors import BodyBusy, CommandGarbled, GatewayError, InvalidRequest, NoReply
-from gateway.core.move_log import new_id
+from gateway.core.origin import new_id
 from gateway.core.readings import ProgressListener, Readings
 from gateway.core.records import Record
 from gateway.rorze.asked_body import closely, read_pulses

@@ -14,10 +14,10 @@ from typing import Any, Final, Literal, NamedTuple, Protocol
 from pydantic import BaseModel
 
 from gateway.core.errors import Cancelled, ControllerRefused, GatewayError, NotSent, PowerCycled
-from gateway.core.lanes import Lane
+from gateway.core.exchange import Lane
 from gateway.rorze.asked_body import Homed, is_mark, new_mark
-from gateway.rorze.exchange import Answered, RorzeExchange
 from gateway.rorze.knowledge import RENAMING, STARTS_PROGRAM, Tell, Tracker
+from gateway.rorze.session import Answered, RorzeExchange
 from protocols.rorze.commands import COMMANDS
 from protocols.rorze.flash import SaveSettings
 from protocols.rorze.moves import RelativeMove

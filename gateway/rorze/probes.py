@@ -7,7 +7,7 @@ from math import ceil, inf
 from typing import NamedTuple, cast
 
 from gateway.core.errors import ControllerRefused, GatewayError, NoReply
-from gateway.core.lanes import Lane
+from gateway.core.exchange import Lane
 from gateway.core.line_state import LineState
 from gateway.rorze.bodies import STATUS, Body, Group, R
 from gateway.rorze.errors import is_evasive

@@ -9,12 +9,10 @@ from typing import Any, Literal
 from pydantic import Field
 
 from gateway.core.errors import BodyBusy, ControllerRefused, GatewayError, NoReply, NotFound
-from gateway.core.kept_works import DurableJobs
-from gateway.core.move_log import new_id
-from gateway.core.origin import RESTART, acting
+from gateway.core.origin import RESTART, acting, new_id
 from gateway.core.records import Record, request_id_field
 from gateway.core.supervisor import supervised
-from gateway.core.works import CutOff
+from gateway.core.works import CutOff, DurableJobs
 from gateway.rorze.bodies import Body
 from gateway.rorze.body_states import BodyNews
 from gateway.rorze.power import PowerSeen

@@ -20,16 +20,14 @@ from gateway.core.errors import (
     PowerCycled,
     StoppedFirst,
 )
-from gateway.core.kept_works import DurableJobs
-from gateway.core.lanes import Lane
-from gateway.core.move_log import new_id
+from gateway.core.exchange import Lane, Series
+from gateway.core.origin import new_id
 from gateway.core.records import Record, request_id_field
-from gateway.core.sequence_lock import Series
-from gateway.core.works import GATEWAY_ENDED, CutOff
+from gateway.core.works import GATEWAY_ENDED, CutOff, DurableJobs
 from gateway.rorze.asked_body import closely
 from gateway.rorze.bodies import Body
 from gateway.rorze.errors import ProgramDiffers, SaveUncertain
-from gateway.rorze.exchange import RorzeExchange
+from gateway.rorze.session import RorzeExchange
 from gateway.rorze.stored_program import EndlessPrograms, instruction_at, runs
 from protocols.rorze.flash import EraseFlash, LoadProgram, SaveProgram
 from protocols.rorze.programs import STEPS, AddProgramInstruction, ClearProgram, GetLastProgramAddress

@@ -11,8 +11,8 @@ from gateway.core.errors import BodyBusy, GatewayError, NotSent, PortNotOpen
 from gateway.core.events import EventHub
 from gateway.core.records import Record
 from gateway.core.works import CutOff, Jobs
-from gateway.rorze.exchange import Answered
 from gateway.rorze.line import Line
+from gateway.rorze.session import Answered
 from protocols.rorze.link import encode
 from protocols.rorze.notation import PositionReference
 from protocols.rorze.position_table import GetNumberedPositionEntry

@@ -1,26 +1,101 @@
-"""The session with an RC-400: bodies that fall silent, witnesses for a fence, and replies that come twice."""
+"""The session with an RC-400: its exchanges, silent bodies, witnesses, and replies that come twice."""
 
 import random
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cache
 from itertools import cycle
 from math import inf
 from typing import Any
 
-from gateway.core.errors import BodyOffline, Cancelled, NoReply
-from gateway.core.exchange import RememberedReply
-from gateway.core.lanes import STOPS, Lane
+from gateway.core.errors import BodyOffline, Cancelled, GatewayError, NoReply
+from gateway.core.exchange import STOPS, Exchange, ExpectedReply, Lane, RememberedReply, remedy_of
 from gateway.core.session import READ_REPEATS as READ_REPEATS
 from gateway.core.session import Awaited, Session, Settle
 from gateway.rorze.errors import is_evasive
-from gateway.rorze.exchange import ReplyFrame, RorzeExchange
 from gateway.texts import Text
 from protocols.rorze.errors import lookup
-from protocols.rorze.link import GroupAnswer, Refusal, encode
+from protocols.rorze.link import Answer, GroupAnswer, Refusal, encode
 from protocols.rorze.notation import PositionReference
 from protocols.rorze.position_table import GetNumberedPositionEntry
 from protocols.rorze.row import LAST_BODY, LINK_MASTER, RorzeCommand
+from protocols.table import Reply, WireFault
+
+ReplyFrame = Answer | Refusal | GroupAnswer
+
+
+@dataclass(frozen=True, slots=True)
+class Answered:
+    """A reply was credited; for a group, one reply or refusal for each member that is in it."""
+
+    replies: dict[int, Reply | Refusal]
+    at: float
+    late: bool = False
+    """True if it came after its deadline, but before the line was proved to be in step again."""
+    text: str = field(default="", compare=False)
+    """The text behind the code in the reply of one body, as it came."""
+
+
+Outcome = Answered | Refusal | GatewayError
+"""A refusal by the controller, an answer, or the reason why there is neither."""
+
+
+@dataclass(eq=False, slots=True)
+class RorzeExchange(Exchange[RorzeCommand[Any], ReplyFrame, Answered | Refusal]):
+    """A command for a body, a group or the link master."""
+
+    @property
+    def body(self) -> int:
+        """The number of the body, group or link master."""
+        return self.target
+
+    @property
+    def key(self) -> tuple[int, str]:
+        """Body and code, by which a reply is matched first."""
+        return self.target, self.command.code
+
+    @property
+    def sent(self) -> str:
+        """Code and body."""
+        return f"{self.command.code} was sent to body {self.target:02X}"
+
+    @property
+    def remedy(self) -> str:
+        """A command that steps the position index may have changed that, too."""
+        if self.command.steps_index:
+            return "Read status, position and the position index (3ID) before anything else."
+        return remedy_of(self.command)
+
+    def credit(self, frame: ReplyFrame, now: float) -> Answered | Refusal | None:
+        """Read a frame as the reply to this exchange; None unless body, code and the whole grammar match."""
+        if frame.code != self.command.code or frame.body != self.target:
+            return None
+        if isinstance(frame, Refusal):
+            return None if self.reply.self_identifying else frame  # a refusal does not carry the number
+        try:
+            if isinstance(frame, GroupAnswer):
+                replies, text = self._member_replies(frame), ""
+            else:
+                replies, text = {frame.body: self.command.read_reply(frame.payload)}, frame.payload
+        except WireFault:
+            return None
+        return Answered(replies, now, self.reply.doubt is not None, text)
+
+    def mistakes(self, said: RememberedReply) -> bool:
+        """True if a copy would be credited, and be wrong (decision 10).
+
+        It is right where the very same was asked, and asking changes nothing: that was true a moment ago.
+        """
+        if said.exchange.frame == self.frame:
+            return not self.command.may_repeat()
+        return self.credit(said.frame, 0.0) is not None
+
+    def _member_replies(self, frame: GroupAnswer) -> dict[int, Reply | Refusal]:
+        return {
+            member: self.command.read_reply(answer.payload) if isinstance(answer, Answer) else answer
+            for member, answer in frame.members.items()
+        }
+
 
 REPLIES_REMEMBERED = 32
 STOP_REPLY_BYTES = 24
@@ -212,16 +287,18 @@ class RorzeSession(Session[RorzeExchange, ReplyFrame]):
             lane,
             target=body,
             epoch=self.epoch(body),
-            timeout_s=self.reply_timeout_s + 2 * command.takes_s,
-            repeats=READ_REPEATS if command.may_repeat() else 0,
-            reply_names=(command.code,),
+            reply=ExpectedReply(
+                timeout_s=self.terms.reply_timeout_s + 2 * command.takes_s,
+                repeats=READ_REPEATS if command.may_repeat() else 0,
+                names=(command.code,),
+            ),
         )
 
     def self_identifying_read(self, body: int) -> RorzeExchange:
         """Build a read whose reply nothing else can be mistaken for: its number is used once in 2048."""
         exchange = self.exchange(body, next(self._questions), Lane.READ)
-        exchange.self_identifying = True
-        exchange.repeats = 0
+        exchange.reply.self_identifying = True
+        exchange.reply.repeats = 0
         return exchange
 
     def fence_query(self) -> RorzeExchange:
@@ -230,17 +307,17 @@ class RorzeSession(Session[RorzeExchange, ReplyFrame]):
 
     def put_first(self, exchange: RorzeExchange) -> None:
         """Queue an exchange of the line's own set-up ahead of everything but stops and fences."""
-        exchange.repeats = READ_REPEATS  # absolute and harmless: saying it again changes nothing
+        exchange.reply.repeats = READ_REPEATS  # absolute and harmless: saying it again changes nothing
         super().put_first(exchange)
 
     def was_written(self, exchange: RorzeExchange, _now: float) -> Awaited:
         """The replies to many stops come one after the other, with the ends of their moves between them."""
         if exchange.lane not in STOPS:
             return Awaited.FIRST
-        if exchange.deadline is not None:
-            queued = sum(map(self._stop_reply_bytes, [*self._sent, exchange]))
-            queue_s = queued * self.byte_time_s - self.reply_timeout_s / 2
-            exchange.await_until(exchange.deadline + max(0.0, queue_s))
+        if exchange.reply.deadline is not None:
+            queued = sum(map(self._stop_reply_bytes, [*self.sent, exchange]))
+            queue_s = queued * self.byte_time_s - self.terms.reply_timeout_s / 2
+            exchange.reply.await_until(exchange.reply.deadline + max(0.0, queue_s))
         return Awaited.BESIDE
 
     def _stop_reply_bytes(self, stop: RorzeExchange) -> int:
@@ -252,12 +329,12 @@ class RorzeSession(Session[RorzeExchange, ReplyFrame]):
     def holds_up(self, sent: RorzeExchange) -> bool:
         """Only a link that takes one frame at a time has to wait for what the dead do not say."""
         return not (
-            self.interject_stops and (sent.target in self.offline or sent.target in self.presence.mute)
+            self.terms.interject_stops and (sent.target in self.offline or sent.target in self.presence.mute)
         )
 
     def must_choose(self) -> bool:
         """Nothing else keeps it while all answer."""
-        return bool(self._sent or self.presence.mute)
+        return bool(self.sent or self.presence.mute)
 
     def may_follow(self, exchange: RorzeExchange) -> bool:
         """Keep exchanges of equal body and code apart, for replies have no numbers.
@@ -266,7 +343,7 @@ class RorzeSession(Session[RorzeExchange, ReplyFrame]):
         """
         if exchange.lane not in STOPS and self.is_asked_later(exchange.target):
             return False
-        return all(exchange.key != sent.key for sent in self._sent)
+        return all(exchange.key != sent.key for sent in self.sent)
 
     def is_asked_later(self, body: int) -> bool:
         """True if it may be dead, and others who answer have yet to tell whether they stand."""
@@ -304,8 +381,8 @@ class RorzeSession(Session[RorzeExchange, ReplyFrame]):
         if exchange.lane in STOPS:
             return  # an equal one is repeated before its reply has come
         self._last[exchange.target] = frame
-        if not exchange.self_identifying and not exchange.command.is_only_question():
-            until = max(now, exchange.deadline or now) + self.late_reply_s
+        if not exchange.reply.self_identifying and not exchange.command.is_only_question():
+            until = max(now, exchange.reply.deadline or now) + self.terms.late_reply_s
             said = RememberedReply(
                 exchange, frame, frame, exchange.number, until
             )  # a status is not a bit of it
@@ -320,8 +397,8 @@ class RorzeSession(Session[RorzeExchange, ReplyFrame]):
             if self.presence.evades(body, now):
                 self._went_offline(body, asked=True)
             return
-        self.presence.answered(body, now, fence=exchange.self_identifying)
-        if exchange.self_identifying:
+        self.presence.answered(body, now, fence=exchange.reply.self_identifying)
+        if exchange.reply.self_identifying:
             self._rule_out_copies(body)
         self._was_frank(frame)
 
@@ -386,7 +463,7 @@ class RorzeSession(Session[RorzeExchange, ReplyFrame]):
 
     def was_missed(self, exchange: RorzeExchange, now: float) -> None:
         """The silence of a body that may well be absent tells nothing of the line."""
-        is_probe = exchange.self_identifying and exchange is not self._fence.query
+        is_probe = exchange.reply.self_identifying and exchange is not self._fence.query
         if not is_probe and exchange.target not in self.offline and exchange.target not in self.presence.mute:
             self._erred(now)
         if exchange.lane in STOPS and exchange.target <= LAST_BODY:
@@ -456,7 +533,7 @@ class RorzeSession(Session[RorzeExchange, ReplyFrame]):
         self.offline.add(body)
         self.cancel(
             lambda exchange: (
-                exchange.target == body and exchange.lane not in STOPS and not exchange.self_identifying
+                exchange.target == body and exchange.lane not in STOPS and not exchange.reply.self_identifying
             ),
             self.presence.offline_error(body),
         )

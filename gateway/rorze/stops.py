@@ -11,7 +11,7 @@ from pydantic import Field
 
 from gateway.core.errors import ControllerRefused, GatewayError, NoReply, NotSent, StoppedFirst
 from gateway.core.events import EventHub
-from gateway.core.lanes import Lane
+from gateway.core.exchange import Lane
 from gateway.core.records import request_id_field
 from gateway.core.stops import (
     CONFIRM_WITHIN_S,
@@ -26,15 +26,14 @@ from gateway.core.stops import (
 )
 from gateway.core.stops import StopMode as StopMode
 from gateway.core.supervisor import do_each
-from gateway.core.waiting import happens
+from gateway.core.times import happens
 from gateway.rorze.bodies import Body, Group, R
 from gateway.rorze.body_states import BodyNews
-from gateway.rorze.exchange import Answered, Outcome
 from gateway.rorze.knowledge import PROGRAM_RUNS
 from gateway.rorze.line import Line
 from gateway.rorze.plans import longest_ramp_s
 from gateway.rorze.probes import Sweep, is_prompt, taken_s, wire_s
-from gateway.rorze.session import SILENT_BODIES
+from gateway.rorze.session import SILENT_BODIES, Answered, Outcome
 from gateway.texts import Text, text
 from protocols.rorze.position import GetPosition
 from protocols.rorze.profile import ProfileError

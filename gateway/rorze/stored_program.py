@@ -4,7 +4,7 @@ from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 from gateway.core.errors import BodyBusy, ControllerRefused, GatewayError, InvalidText, Misplaced
-from gateway.core.lanes import Lane
+from gateway.core.exchange import Lane
 from gateway.rorze.asked_body import closely
 from gateway.rorze.bodies import Body
 from protocols.rorze.moves import RelativeMove

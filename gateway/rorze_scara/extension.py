@@ -1,6 +1,6 @@
 """SCARA robots made of RC-420 bodies, as the gateway knows of them; it names nothing else of this package."""
 
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from typing import Annotated, Any, ClassVar, Final, NoReturn
 
 from pydantic import Field
@@ -15,6 +15,7 @@ from gateway.core.move_record import RESTARTED
 from gateway.core.operation import DocumentSection, RouteWords
 from gateway.core.parts import Part
 from gateway.core.stops import StopMode
+from gateway.core.supervisor import Deed
 from gateway.core.targets import Stopped, Target, stopped
 from gateway.rorze.family import Rorze, parts_of
 from gateway.rorze.line import Line
@@ -171,13 +172,13 @@ class Scaras(Extension):
         """Wait for refusals of moves."""
         await self.moves.begun()
 
-    async def let_go(self) -> None:
+    def letting_go(self) -> Iterable[Deed]:
         """Give the waiters for moves what is known now."""
-        self.moves.let_go()
+        return (self.moves.let_go,)
 
-    async def close(self) -> None:
+    def closing(self) -> Iterable[Deed]:
         """Watch over nothing more; the lines are closed."""
-        await self.moves.close()
+        return (self.moves.close,)
 
 
 EXTENSION: Final = Scaras

@@ -4,7 +4,7 @@ from collections.abc import Iterator, Sequence
 from typing import Any, Final, Literal, NamedTuple
 
 from gateway.core.errors import ControllerRefused, GatewayError
-from gateway.core.lanes import Lane
+from gateway.core.exchange import Lane
 from gateway.core.records import Record
 from gateway.rorze_scara.scara import Scara
 from protocols.rorze.flash import SaveSettings

@@ -19,13 +19,12 @@ from gateway.core.errors import (
     NotFound,
 )
 from gateway.core.events import Event
+from gateway.core.exchange import Lane
 from gateway.core.journal.intents import OF_MOVES
-from gateway.core.lanes import Lane
-from gateway.core.move_log import new_id
 from gateway.core.move_record import RESTARTED, Move, MoveStatus
 from gateway.core.move_runs import Beginning, MoveRuns, in_the_middle
 from gateway.core.next_calls import NextCall
-from gateway.core.origin import working
+from gateway.core.origin import new_id, working
 from gateway.core.supervisor import supervise
 from gateway.core.verdicts import Unbegun, Unwatched, Verdict, VerdictWords, judge, worst_of
 from gateway.rorze.bodies import Body, Group

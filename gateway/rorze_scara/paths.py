@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 
 from gateway.core.errors import GatewayError, InvalidRequest
-from gateway.core.lanes import Lane
+from gateway.core.exchange import Lane
 from gateway.rorze_scara.scara import Scara
 from protocols.rorze.interpolation import MOST_POINTS, GetPathPoint, PathPoint, SetPathPoint
 

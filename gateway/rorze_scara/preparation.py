@@ -8,7 +8,7 @@ from math import ceil
 from typing import Any
 
 from gateway.core.errors import ControllerRefused, GatewayError, InvalidRequest, PowerCycled
-from gateway.core.lanes import Lane
+from gateway.core.exchange import Lane
 from gateway.rorze.bodies import Body, Group
 from gateway.rorze.plans import (
     AlongPath,

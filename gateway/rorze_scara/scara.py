@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import NamedTuple, cast
 
 from gateway.core.errors import GatewayError, InvalidRequest
-from gateway.core.lanes import Lane
+from gateway.core.exchange import Lane
 from gateway.core.stops import StopMode
 from gateway.core.targets import Looked
 from gateway.rorze.bodies import Body, Group, R

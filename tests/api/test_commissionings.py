@@ -10,7 +10,7 @@ from tests.api.test_configuration import give_file
 
 @on_stand({"arm": BODIES})
 async def test_a_line_is_commissioned_and_the_record_stays(stand: Stand) -> None:
-    stand.plant.commissionings.walk = ask_only
+    stand.plant.works.commissionings.walk = ask_only
     begun = await stand.post("/commissionings", {"line_id": "arm"})
     assert begun.status_code == 202
     record = begun.json()
@@ -27,7 +27,7 @@ async def test_a_line_is_commissioned_and_the_record_stays(stand: Stand) -> None
 
 @on_stand({"arm": BODIES})
 async def test_it_is_cancelled_and_the_line_serves_again(stand: Stand) -> None:
-    stand.plant.commissionings.walk = ask_only
+    stand.plant.works.commissionings.walk = ask_only
     record = (await stand.post("/commissionings", {"line_id": "arm"})).json()
     twice = await stand.post("/commissionings", {"line_id": "arm"})
     assert (twice.status_code, "is running" in twice.json()["detail"]) == (409, True)
@@ -48,7 +48,7 @@ async def test_a_gateway_that_cannot_says_so(stand: Stand) -> None:
 
 @on_stand({"arm": BODIES})
 async def test_what_is_proposed_is_written_and_served_without_a_restart(stand: Stand) -> None:
-    stand.plant.commissionings.walk = ask_only
+    stand.plant.works.commissionings.walk = ask_only
     QUIRKS["turnaround"](stand.port.machine)
     with TemporaryDirectory() as folder:
         file = give_file(stand, folder)

@@ -24,7 +24,7 @@ def is_refused(answer: httpx2.Response, status: int = 409, kind: str = "lease") 
 
 def in_virtual_time(place: Stand | Cell) -> None:
     plant = place.plant if isinstance(place, Stand) else place.rig.plant
-    plant.leases.clock = asyncio.get_running_loop().time
+    plant.access.leases.clock = asyncio.get_running_loop().time
 
 
 async def leased(

@@ -47,7 +47,7 @@ def templates() -> Iterator[NextCall]:
     ):
         for calls in table.values():
             yield from calls
-    for cause in causes_of(plant().families.values(), {}, {}, latch=True):
+    for cause in causes_of(plant().packages.families.values(), {}, {}, latch=True):
         yield from cause.next
 
 

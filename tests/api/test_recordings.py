@@ -32,7 +32,7 @@ def _kept(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     start = TestedPlant.start
 
     async def started(plant: TestedPlant) -> None:
-        plant.recordings.keep_in(tmp_path)
+        plant.works.recordings.keep_in(tmp_path)
         await start(plant)
 
     monkeypatch.setattr(TestedPlant, "start", started)
@@ -86,7 +86,9 @@ def test_what_comes_is_recorded_until_it_is_finished(tmp_path: Path) -> None:
         expected = stand.port.written[before:]
         ended = (await stand.post(f"/recordings/{record['id']}/finish")).json()
         assert ended["status"] == "finished"
-        with form.opened(stand.plant.recordings.file_of(stand.plant.recordings.list()[0])) as recording:
+        with form.opened(
+            stand.plant.works.recordings.file_of(stand.plant.works.recordings.list()[0])
+        ) as recording:
             entries = [it for _, it in recording.entries("lines/arm.jsonl")]
             assert [it.data for it in entries if it.kind == "tx"][: len(expected)] == expected
             before_it = [it.data for _, it in recording.entries("before/arm.jsonl") if it.kind == "tx"]
@@ -149,7 +151,7 @@ def test_a_full_disk_ends_a_recording_and_nothing_else(
 def test_the_oldest_go_and_requests_push_no_alarm_out(tmp_path: Path) -> None:
     @on_stand()
     async def story(stand: Stand) -> None:
-        recordings = stand.plant.recordings
+        recordings = stand.plant.works.recordings
         kept = recordings.start(None, 60, 0, cause="alarm")
         await recordings.wait(kept, 60)
         recordings._most_bytes = 2 * 3 * (kept.bytes or 0)
@@ -171,7 +173,7 @@ def test_the_oldest_go_and_requests_push_no_alarm_out(tmp_path: Path) -> None:
 def test_an_alarm_begins_a_recording_and_another_lets_it_go_on(tmp_path: Path) -> None:
     @on_stand()
     async def story(stand: Stand) -> None:
-        recordings = stand.plant.recordings
+        recordings = stand.plant.works.recordings
         recordings._before_s, recordings._after_s = 60.0, 10.0
         stand.plant.events.listeners.append(recordings.note)
         stand.port.unplug()
@@ -192,13 +194,13 @@ def test_an_alarm_begins_a_recording_and_another_lets_it_go_on(tmp_path: Path) -
 def test_alarms_begin_recordings_where_that_is_configured(seconds: dict[str, float]) -> None:
     tables = {"lines": [{"id": "arm", "address": "tcp://127.0.0.1:1", "bodies": [{"id": "3F"}]}]}
     plant = Plant(Config.model_validate({**tables, "recordings": seconds}))
-    assert (plant.recordings.note in plant.events.listeners) is bool(seconds)
+    assert (plant.works.recordings.note in plant.events.listeners) is bool(seconds)
 
 
 def test_what_a_killed_gateway_had_on_the_disk_is_a_recording_afterwards(tmp_path: Path) -> None:
     @on_stand()
     async def killed(stand: Stand) -> None:
-        stand.plant.recordings.start(None, 60, 3600)
+        stand.plant.works.recordings.start(None, 60, 3600)
         await asyncio.sleep(10)
         (part,) = (tmp_path / FOLDER).iterdir()
         assert {it.stat().st_mode & 0o777 for it in (part, part.parent)} == {0o700}
@@ -211,7 +213,9 @@ def test_what_a_killed_gateway_had_on_the_disk_is_a_recording_afterwards(tmp_pat
         (record,) = (await stand.get("/recordings")).json()["recordings"]
         assert (record["status"], record["complete"]) == ("finished", False)
         assert record["until"] == record["ended_at"] > record["since"]
-        with form.opened(stand.plant.recordings.file_of(stand.plant.recordings.list()[0])) as recording:
+        with form.opened(
+            stand.plant.works.recordings.file_of(stand.plant.works.recordings.list()[0])
+        ) as recording:
             assert not recording.manifest.complete
             assert len([it for _, it in recording.entries("lines/arm.jsonl")]) > 20
 

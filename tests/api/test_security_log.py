@@ -147,8 +147,8 @@ async def test_leases_are_told_with_who_lost_them(tmp_path: Path) -> None:
         lease = {"scope": "line1.3F", "ttl_s": 5}
         await it.post("/leases", "operator", lease)
         await it.post("/leases", "admin", {**lease, "take_over": True})
-        it.plant.leases.clock = lambda: float("inf")
-        it.plant.leases.expire()
+        it.plant.access.leases.clock = lambda: float("inf")
+        it.plant.access.leases.expire()
         expired, taken, over, first, *_ = await it.entries()
         assert (first["type"], *told(first)) == ("lease.taken", "operator", "127.0.0.1", "line1.3F")
         assert (over["type"], over["caller"], over["data"]["holder"]) == (

@@ -11,8 +11,8 @@ import pytest
 
 from api.app import create_app
 from gateway.access.principal import EVERYBODY, asking
+from gateway.core.admission import BEAT_S, HELD_S
 from gateway.core.errors import GatewayError
-from gateway.core.loop_watch import BEAT_S, HELD_S
 from gateway.core.move_record import MoveStatus
 from gateway.core.origin import Origin
 from gateway.core.targets import AnyCommand
@@ -73,8 +73,8 @@ CELLS: Final = {
 
 @asynccontextmanager
 async def client(plant: TestedPlant) -> AsyncIterator[httpx2.AsyncClient]:
-    plant.watch._clock = asyncio.get_running_loop().time
-    plant.watch.start()
+    plant.admission.watch._clock = asyncio.get_running_loop().time
+    plant.admission.watch.start()
     while any(port.state != "ready" for port in plant.ports().values()):  # noqa: ASYNC110
         await asyncio.sleep(0.1)
     transport = httpx2.ASGITransport(create_app(plant), raise_app_exceptions=False)

@@ -54,7 +54,7 @@ async def demo(credentials: Credentials | None = None, data: Path | None = None)
     journal = open_journal(data, open_disk=faults.open_disk) if data else None
     plant = TestedPlant(config, open_transport=by_address.__getitem__, rng=Random(0), journal=journal)
     kept = TemporaryDirectory(ignore_cleanup_errors=True)
-    plant.recordings.keep_in(data or Path(kept.name))
+    plant.works.recordings.keep_in(data or Path(kept.name))
     await plant.start()
     try:
         await asyncio.sleep(SET_UP_S)

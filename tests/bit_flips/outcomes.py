@@ -7,11 +7,9 @@ from dataclasses import dataclass
 from enum import StrEnum
 from typing import Any, NamedTuple
 
-from gateway.core.exchange import Exchange, More
-from gateway.core.lanes import Lane
+from gateway.core.exchange import Exchange, Lane, More
 from gateway.fics.session import FicsSession
-from gateway.rorze.exchange import ReplyFrame
-from gateway.rorze.session import RorzeSession
+from gateway.rorze.session import ReplyFrame, RorzeSession
 from protocols.fics import link as fics
 from protocols.fics.commands import ROWS
 from protocols.fics.commands import read as read_fics

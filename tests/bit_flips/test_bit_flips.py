@@ -4,9 +4,8 @@ from pathlib import Path
 
 import pytest
 
-from gateway.core.lanes import Lane
-from gateway.rorze.exchange import ReplyFrame
-from gateway.rorze.session import RorzeSession
+from gateway.core.exchange import Lane
+from gateway.rorze.session import ReplyFrame, RorzeSession
 from protocols.fics.commands import ROWS
 from protocols.fics.link import Ver2Reader
 from protocols.rorze.commands import COMMANDS

@@ -9,9 +9,9 @@ import pytest
 from gateway.core.errors import ControllerRefused, GatewayError, NoReply
 from gateway.core.journal import files, writes
 from gateway.core.journal.disk import SqliteDisk
-from gateway.core.journal.retention import DAY_S, Retention
+from gateway.core.journal.writes import DAY_S, Retention
 from gateway.core.move_record import MoveStatus
-from gateway.rorze.exchange import Answered
+from gateway.rorze.session import Answered
 from protocols.fics.alarms import ResetErrors
 from protocols.rorze.moves import MoveClockwise
 from protocols.rorze.notation import PositionReference

@@ -132,7 +132,7 @@ async def end(config: Config, data: Path) -> None:
     await plant.start()
     await _ready(plant, "line1", "cell")
     await stopping.stop_all(plant, Origin("killed", "stop"), "immediate")
-    for family in plant.families.values():
+    for family in plant.packages.families.values():
         for log in family.move_logs():
             for place in family.addresses():
                 for move in log.of(place):

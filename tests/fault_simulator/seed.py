@@ -16,10 +16,10 @@ from typing import Any, Final, NamedTuple
 from unittest.mock import patch
 
 from gateway.access.principal import EVERYBODY, asking
-from gateway.core import ids
+from gateway.core import origin
 from gateway.core.errors import GatewayError, NotFound
 from gateway.core.events import Event
-from gateway.core.lanes import QUEUE_LIMIT, STOPS
+from gateway.core.exchange import QUEUE_LIMIT, STOPS
 from gateway.core.line_state import LineState
 from gateway.core.origin import Origin
 from gateway.core.targets import BegunMoves, CommandReplies, MemberAnswers
@@ -182,7 +182,7 @@ class Seed:
         for port in plant.ports().values():
             if port.state is not LineState.READY or any(port.waiting().values()):
                 self.history.violate("I14", f"{port.id} is {port.state}, {port.waiting()} wait")
-        logs = [log for family in plant.families.values() for log in family.move_logs()]
+        logs = [log for family in plant.packages.families.values() for log in family.move_logs()]
         for deed in self.history.deeds.values():
             for move_id in deed.moves:
                 for log in logs:
@@ -232,7 +232,7 @@ class Seed:
             deed.told = "done"
 
     async def _end_of(self, life: Life, move_id: str) -> None:
-        for family in life.plant.families.values():
+        for family in life.plant.packages.families.values():
             for log in family.move_logs():
                 with suppress(NotFound):
                     await log.wait(move_id, 20.0)
@@ -346,7 +346,7 @@ class Seed:
                 (time, "time_ns", lambda: int(self._wall_clock() * 1e9)),
                 (asyncio, "to_thread", _at_once),
                 (secrets, "token_hex", lambda size: random_ids.randbytes(size).hex()),
-                (ids, "_DIGITS", random_ids),
+                (origin, "_DIGITS", random_ids),
             ):
                 stack.enter_context(patch.object(owner, name, new))
             yield

@@ -11,15 +11,14 @@ from typing import Any, NamedTuple
 import pytest
 
 from gateway.core.admission import Admission
-from gateway.core.copies import Copies
 from gateway.core.errors import GatewayError, NoReply, NotSent
 from gateway.core.events import EventHub
-from gateway.core.exchange import Exchange
+from gateway.core.exchange import Exchange, Lane
+from gateway.core.false_replies import Copies
 from gateway.core.gate import Gate
-from gateway.core.journal import beginning, intents
+from gateway.core.journal import intents, opening
 from gateway.core.journal.intents import Intents
 from gateway.core.journal.journal import Writer
-from gateway.core.lanes import Lane
 from gateway.core.line import LineDriver
 from gateway.core.move_record import Move, MoveStatus
 from gateway.core.origin import Origin, acting
@@ -31,11 +30,10 @@ from gateway.fics.line import FicsLine
 from gateway.fics.stops import _RobotStop
 from gateway.rorze import move_proof
 from gateway.rorze.bodies import Body
-from gateway.rorze.exchange import RorzeExchange
 from gateway.rorze.guards import Guards
 from gateway.rorze.moves import Moves
 from gateway.rorze.power import Mark
-from gateway.rorze.session import RorzeSession
+from gateway.rorze.session import RorzeExchange, RorzeSession
 from gateway.rorze.stops import _BodyStop
 from protocols.rorze.commands import COMMANDS
 from protocols.table import Effect
@@ -108,8 +106,8 @@ def no_epoch(patch: Patch) -> None:
 def repeat_unasked(patch: Patch) -> None:
     def settle(session: Any, *_: Any) -> None:
         suspect = session._suspect
-        if suspect is not None and suspect.command.effect is not Effect.READ and suspect.repeats == 0:
-            suspect.repeats = 1
+        if suspect is not None and suspect.command.effect is not Effect.READ and suspect.reply.repeats == 0:
+            suspect.reply.repeats = 1
         settled(session)
 
     settled = Session._settle_suspect
@@ -157,7 +155,7 @@ def a_crash_looks_clean(patch: Patch) -> None:
         epoch = list(found.earlier)[-1] if found.earlier else found.epoch
         return found._replace(was_clean=True, epoch=epoch)
 
-    begun = beginning.begin
+    begun = opening.begin
     patch.setattr("tests.fault_simulator.world.begin", begin)
 
 
@@ -171,7 +169,7 @@ def numbers_begin_anew(patch: Patch) -> None:
 
 
 def records_alone_tell_what_was_sent(patch: Patch) -> None:
-    patch.setattr(beginning, "_begun", lambda _: ())
+    patch.setattr(opening, "_begun", lambda _: ())
 
 
 def a_restart_sends_again(patch: Patch) -> None:

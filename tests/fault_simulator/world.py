@@ -8,8 +8,7 @@ from random import Random
 from typing import Any, NamedTuple
 
 from gateway.config import Config
-from gateway.core.journal.beginning import begin
-from gateway.core.journal.opening import OpenedJournal
+from gateway.core.journal.opening import OpenedJournal, begin
 from gateway.core.origin import ORIGIN
 from tests.fault_simulator.model_disk import ModelDisk, VirtualJournal
 from tests.simulated_line import SimulatedCable

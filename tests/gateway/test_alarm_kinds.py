@@ -37,7 +37,7 @@ def plant() -> TestedPlant:
 
 
 def causes() -> list[Cause]:
-    return list(causes_of(plant().families.values(), {}, {}, latch=True))
+    return list(causes_of(plant().packages.families.values(), {}, {}, latch=True))
 
 
 def sample(model: type[BaseModel]) -> Any:

@@ -11,12 +11,12 @@ import pytest
 from gateway.causes import causes_of
 from gateway.config import parse
 from gateway.core.alarms import Alarm, AlarmLasts, Latched
+from gateway.core.backup_record import Restore
 from gateway.core.errors import ControllerRefused
+from gateway.core.exchange import Lane
 from gateway.core.journal.disk import NotWritable
-from gateway.core.lanes import Lane
 from gateway.core.move_record import MoveStatus
 from gateway.core.origin import Origin
-from gateway.core.restore_record import Restore
 from gateway.core.rights import RIGHT_OF, Right
 from gateway.door.alarms import listed
 from gateway.door.doing import do
@@ -164,8 +164,8 @@ async def test_a_loss_of_power_that_nobody_has_to_acknowledge_is_not_told_as_ack
 @in_virtual_time
 async def test_a_burst_of_refusals_without_an_address_is_an_alarm_too() -> None:
     async with rig() as it:
-        for _ in range(it.plant.security.keeping.refusals_per_minute + 1):
-            it.plant.security.note(SIGN_IN_REFUSED, "/sign-in", why="The key is not good.")
+        for _ in range(it.plant.access.security.keeping.refusals_per_minute + 1):
+            it.plant.access.security.note(SIGN_IN_REFUSED, "/sign-in", why="The key is not good.")
         burst = standing(it.plant)["gateway.refusals.burst"]
         assert burst.en.happened.endswith(" s, the last from an unknown address.")
         assert "（最後は不明なアドレスから）" in burst.ja.happened
@@ -325,7 +325,7 @@ def test_every_cause_is_worded_in_both_languages_of_what_its_event_tells() -> No
     plant = TestedPlant(
         parse(configuration(), "test.toml"), open_transport=lambda _: Wire(build_line([], 0.0))
     )
-    for cause in causes_of(plant.families.values(), {}, {}, latch=False):
+    for cause in causes_of(plant.packages.families.values(), {}, {}, latch=False):
         assert cause.event in EVENT_TYPES
         for text in (cause.words.en, cause.words.ja):
             assert all(part.strip() for part in text.model_dump().values())
@@ -381,7 +381,7 @@ def test_every_type_of_event_raises_an_alarm_or_needs_nobody() -> None:
     plant = TestedPlant(
         parse(configuration(), "test.toml"), open_transport=lambda _: Wire(build_line([], 0.0))
     )
-    alarming = {cause.event for cause in causes_of(plant.families.values(), {}, {}, latch=False)}
+    alarming = {cause.event for cause in causes_of(plant.packages.families.values(), {}, {}, latch=False)}
     quiet = {event for event in EVENT_TYPES if needs_nobody(event)}
     assert alarming | quiet == EVENT_TYPES.keys()
     assert alarming & quiet == set()

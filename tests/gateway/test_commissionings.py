@@ -22,7 +22,7 @@ BACK_S = 5.0
 
 async def begun(running: Rig) -> str:
     """Begin to commission the first line, and let it get to its questions."""
-    running.plant.commissionings.walk = ask_only
+    running.plant.works.commissionings.walk = ask_only
     record = running.plant.commission("line1")
     await asyncio.sleep(0.1)
     return record.id
@@ -32,13 +32,13 @@ async def begun(running: Rig) -> str:
 async def test_a_line_is_commissioned_and_serves_again() -> None:
     async with rig() as running:
         record_id = await begun(running)
-        record = running.plant.commissionings.find("line1", record_id)
+        record = running.plant.works.commissionings.find("line1", record_id)
         assert record is not None
         assert record.status == "running"
         assert running.plant.port("line1").state == "down"
         with pytest.raises(PortNotOpen, match="commissioned"):
             await running.body().ask(GetPosition())
-        await running.plant.commissionings.wait(record, 60.0)
+        await running.plant.works.commissionings.wait(record, 60.0)
         assert (record.status, record.error, record.doing) == ("finished", None, None)
         report: Any = record.report
         assert {it["result"] for it in report["results"]} == {"agrees", "cannot_tell"}
@@ -53,7 +53,7 @@ async def test_a_stop_takes_the_port_back_at_once() -> None:
         record_id = await begun(running)
         begun_at, sent = asyncio.get_running_loop().time(), len(running.wire.sent)
         stop = asyncio.create_task(stopping.stop_all(running.plant, Origin("test"), "decelerate"))
-        record = await running.plant.commissionings.get("line1", record_id, 10.0)
+        record = await running.plant.works.commissionings.get("line1", record_id, 10.0)
         assert (record.status, record.error) == ("cancelled", STOPPED)
         assert asyncio.get_running_loop().time() - begun_at < 0.1
         assert (await stop).confirmed
@@ -66,21 +66,21 @@ async def test_a_stop_takes_the_port_back_at_once() -> None:
 async def test_it_is_cancelled_by_request_and_at_the_end_of_the_gateway() -> None:
     async with rig() as running:
         record_id = await begun(running)
-        record = running.plant.commissionings.find("line1", record_id)
+        record = running.plant.works.commissionings.find("line1", record_id)
         assert record is not None
-        running.plant.commissionings.break_off(record)
-        await running.plant.commissionings.wait(record, 10.0)
+        running.plant.works.commissionings.break_off(record)
+        await running.plant.works.commissionings.wait(record, 10.0)
         assert (record.status, record.error) == ("cancelled", CANCELLED)
         await asyncio.sleep(BACK_S)
         assert running.plant.port("line1").state == "ready"
         running.plant.commission("line1")
-    assert [it.status for it in running.plant.commissionings.under_way()] == []
+    assert [it.status for it in running.plant.works.commissionings.under_way()] == []
 
 
 @in_virtual_time
 async def test_while_something_moves_no_port_is_lent() -> None:
     async with rig() as running:
-        running.plant.commissionings.walk = ask_only
+        running.plant.works.commissionings.walk = ask_only
         await start(running, MoveClockwise(distance=100_000))
         with pytest.raises(BodyBusy, match="moves or is at work; nothing was sent"):
             running.plant.commission("line1")
@@ -100,9 +100,9 @@ async def test_it_goes_on_once_and_not_where_it_is_not_known() -> None:
 async def test_what_is_found_on_a_line_that_is_otherwise_is_in_the_record() -> None:
     async with rig(settings=LinkSettings(reply_delay_s=0.4)) as running:
         record_id = await begun(running)
-        record = await running.plant.commissionings.get("line1", record_id, 200.0)
+        record = await running.plant.works.commissionings.get("line1", record_id, 200.0)
         report: Any = record.report
         settings = [it["setting"] for it in report["results"]]
         assert {"key": "reply_timeout_s", "now": 0.5, "proposed": 1.2} in settings
-        traced = running.plant.recorders["line1"].entries()
+        traced = running.plant.history.recorders["line1"].entries()
         assert any(f"&{LINK_MASTER:02X}XID".encode() in it.data for it in traced)

@@ -14,9 +14,9 @@ import pytest
 
 from gateway.access.principal import EVERYBODY, asking
 from gateway.config import Config, parse
+from gateway.core.admission import SUSPENDED_S
 from gateway.core.family import Extension
 from gateway.core.leases import Holder
-from gateway.core.loop_watch import SUSPENDED_S
 from gateway.core.move_record import MoveStatus
 from gateway.core.origin import Claim, Origin
 from gateway.core.parts import Part
@@ -200,7 +200,7 @@ async def an_axis_in_mode_2_jogs_and_is_let_go(struck: Strike) -> None:
 async def a_suspended_process_stops_what_jogs(struck: Strike) -> None:
     async with rig(groups={}) as it:
         await it.plant.rorze.jogs.start(it.body(), BodyJogRequest(direction="cw"))
-        watch, axis = it.plant.watch, it.axis()
+        watch, axis = it.plant.admission.watch, it.axis()
         with struck():
             with suppress(Exception):
                 watch.on_held(SUSPENDED_S + 1.0)
@@ -244,7 +244,7 @@ async def the_gateway_ends(struck: Strike) -> None:
 
 async def a_lease_ends(struck: Strike) -> None:
     async with rig(groups={}) as it:
-        leases, axis = it.plant.leases, it.axis()
+        leases, axis = it.plant.access.leases, it.axis()
         leases.clock = asyncio.get_running_loop().time
         part = Part(it.body().line.id, it.body().address)
         await it.plant.moves.start(it.body(), ENDLESS)

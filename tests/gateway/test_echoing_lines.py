@@ -11,7 +11,7 @@ import pytest
 from gateway.causes import LINE_DOWN
 from gateway.core.alarms import Alarm
 from gateway.core.errors import PortNotOpen
-from gateway.core.lanes import Lane
+from gateway.core.exchange import Lane
 from gateway.core.line import LineDriver
 from gateway.core.line_state import LineState
 from gateway.core.move_record import MoveStatus

@@ -30,8 +30,8 @@ class Holds:
 
     def after(self, frames: int, plant: TestedPlant) -> None:
         self.left = frames
-        plant.watch._clock = asyncio.get_running_loop().time
-        plant.watch.start()
+        plant.admission.watch._clock = asyncio.get_running_loop().time
+        plant.admission.watch.start()
 
     def pass_one(self) -> None:
         loop = asyncio.get_running_loop()

@@ -9,7 +9,7 @@ from typing import Any, Final, Generic, NamedTuple, TypeVar
 import pytest
 
 from gateway.core.alarms import AlarmLasts, Latched
-from gateway.core.lanes import Lane
+from gateway.core.exchange import Lane
 from gateway.core.origin import Origin
 from gateway.core.sequence_lock import SequenceLock
 from gateway.door.doing import do

@@ -7,8 +7,8 @@ from typing import Any
 
 import pytest
 
+from gateway.core.backup_record import Restore
 from gateway.core.origin import Origin
-from gateway.core.restore_record import Restore
 from gateway.core.works import GATEWAY_ENDED
 from gateway.door import backups
 from gateway.fics.door import backups as of_robots

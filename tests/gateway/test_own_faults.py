@@ -7,14 +7,13 @@ import pytest
 
 from gateway.access.territory import Territory
 from gateway.config import parse
-from gateway.core.admission import Admission
+from gateway.core.admission import SUSPENDED_S, Admission
 from gateway.core.alarms import Alarms
 from gateway.core.events import EventHub
 from gateway.core.gate import Gate
 from gateway.core.leases import Holder, Leases
 from gateway.core.line import LineDriver
 from gateway.core.load import Load
-from gateway.core.loop_watch import SUSPENDED_S
 from gateway.core.move_record import MoveStatus
 from gateway.core.origin import Claim, Origin
 from gateway.core.parts import Part
@@ -423,7 +422,7 @@ async def test_what_jogs_after_a_suspension_is_stopped_in_spite_of_a_fault(
     async with rig(groups={}) as it:
         await it.plant.rorze.jogs.start(it.body(), BodyJogRequest(direction="cw"))
         failed = fail_once(monkeypatch, place)
-        it.plant.watch.on_held(SUSPENDED_S + 1.0)
+        it.plant.admission.watch.on_held(SUSPENDED_S + 1.0)
         await asyncio.sleep(0.3)  # less than its heartbeat allows
         assert failed
         assert not it.axis().motor.moving
@@ -445,9 +444,9 @@ async def test_what_would_never_end_is_stopped_with_its_lease_in_spite_of_a_faul
     place: Place, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     async with rig(groups={}) as it:
-        it.plant.leases.clock = asyncio.get_running_loop().time
+        it.plant.access.leases.clock = asyncio.get_running_loop().time
         part = Part(it.body().line.id, it.body().address)
-        leases = it.plant.leases
+        leases = it.plant.access.leases
         await it.plant.moves.start(it.body(), ENDLESS)
         await leases.take("3F", "/bodies/3F", [part], Holder("a", "a"), 2.0, over=False)
         failed = fail_once(monkeypatch, place)
@@ -463,8 +462,8 @@ async def test_what_would_never_end_is_stopped_in_the_end_though_a_lease_meets_a
     what: str, name: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     async with rig(groups={}) as it:
-        it.plant.leases.clock = asyncio.get_running_loop().time
-        part, leases = Part(it.body().line.id, it.body().address), it.plant.leases
+        it.plant.access.leases.clock = asyncio.get_running_loop().time
+        part, leases = Part(it.body().line.id, it.body().address), it.plant.access.leases
         await it.plant.moves.start(it.body(), ENDLESS)
         held = await leases.take("3F", "/bodies/3F", [part], Holder("a", "a"), 2.0, over=False)
         fail_once(monkeypatch, (Leases, name))

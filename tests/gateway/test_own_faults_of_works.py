@@ -8,9 +8,9 @@ import pytest
 
 from gateway.core import backups as readings
 from gateway.core import restores
+from gateway.core.backup_record import Restore
 from gateway.core.errors import Cancelled
 from gateway.core.origin import Origin
-from gateway.core.restore_record import Restore
 from gateway.core.works import OWN_FAULT
 from gateway.door import backups
 from gateway.fics.backup_restore import RobotRestore

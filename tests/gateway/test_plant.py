@@ -529,7 +529,7 @@ async def test_a_trace_that_is_not_kept_in_memory_is_written_to_its_file_all_the
     await plant.start()
     await asyncio.sleep(SET_UP_S)
     await plant.close()
-    assert plant.recorders["line1"].entries() == []
+    assert plant.history.recorders["line1"].entries() == []
     assert "&7FXID" in (tmp_path / "trace.jsonl").read_text()
 
 

@@ -211,7 +211,7 @@ async def test_one_scan_runs_at_a_time_and_one_that_is_broken_off_tells_what_was
 @in_virtual_time
 async def test_the_end_of_the_gateway_ends_a_scan_that_has_not_begun(tmp_path: Path) -> None:
     async with hall(tmp_path) as it:
-        scan = it.plant.port_scans.start([CELL])
+        scan = it.plant.works.port_scans.start([CELL])
         await it.plant.close()
         assert scan.status == "failed"
 

@@ -197,7 +197,7 @@ async def test_a_body_that_a_scan_has_found_is_added_and_stands_in_the_file(tmp_
         await asyncio.sleep(2)
         assert await it.where("40") == 0
         assert it.file.load().lines == it.plant.config.lines
-        assert it.plant.territory.covers(Principal("a", Role.ADMIN, frozenset({"arm"})), "40")
+        assert it.plant.access.territory.covers(Principal("a", Role.ADMIN, frozenset({"arm"})), "40")
         for wrong in ([{"id": "40"}], [{"id": "xx"}]):
             with pytest.raises(InvalidRequest):
                 await add_bodies(it.plant, ME, "arm", wrong, dry_run=False)
@@ -213,7 +213,9 @@ async def test_a_group_defined_anew_gives_nobody_more_after_a_reload(tmp_path: P
         await ask(it.plant, "defineGroup", group_id="arm.80", request=wanted)
         it.write(arm, LEG + "reply_timeout_s = 0.6\n")
         await reload(it.plant, ME, dry_run=False)
-        covered = [it.plant.territory.covers(key, body) for body in ("arm.00", "arm.3F", "arm.40", "arm.80")]
+        covered = [
+            it.plant.access.territory.covers(key, body) for body in ("arm.00", "arm.3F", "arm.40", "arm.80")
+        ]
         assert covered == [True, True, False, False]
 
 

@@ -3,7 +3,7 @@
 from typing import Any
 
 from gateway.core.events import SNAPSHOT, Event
-from gateway.core.lanes import Lane
+from gateway.core.exchange import Lane
 from gateway.event_types import EVENT_TYPES
 from protocols.fics.moves import MoveRelative
 from protocols.rorze.moves import MoveClockwise

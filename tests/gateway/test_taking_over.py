@@ -34,7 +34,7 @@ def told(plant: TestedPlant, line: str) -> list[dict[str, Any]]:
 async def take_over(plant: TestedPlant, line: str, left: list[dict[str, Any]]) -> None:
     await asyncio.sleep(0.5)
     assert plant.port(line).state == "standby"
-    plant.ownership.note_left(line, "stocker1", left)
+    plant.peers.ownership.note_left(line, "stocker1", left)
     await plant.take_over(line, "stocker1")
 
 

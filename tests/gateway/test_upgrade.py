@@ -22,7 +22,7 @@ from gateway.config import parse
 from gateway.core.alarms import Alarm
 from gateway.core.journal.opening import open_journal
 from gateway.core.journal.schema import MIGRATIONS, VERSION
-from gateway.core.kept_works import DurableJobs
+from gateway.core.works import DurableJobs
 from gateway.families import registered
 from gateway.memory import make_sense
 from tests.tested_plant import TestedPlant
@@ -99,7 +99,7 @@ async def find_all_of(rows: list[dict[str, Any]], directory: Path) -> None:
     plant = TestedPlant(parse(CONFIGURATION, "test.toml"), journal=opened)
     await plant.start()
     try:
-        logs = [log for it in plant.registered for log in it.move_logs()]
+        logs = [log for it in plant.packages.registered for log in it.move_logs()]
         for row in rows:
             if row["table"] == "moves":
                 assert any(it.id == row["id"] for log in logs for it in log.of(row["target"]))

@@ -9,7 +9,7 @@ from gateway.core.errors import GatewayEnding, GatewayError
 from gateway.core.family import ENDS_ITSELF, NOT_OURS
 from gateway.core.jogs import JogOver
 from gateway.core.move_record import MoveStatus
-from gateway.core.silence import OUT_OF_REACH_S
+from gateway.core.move_runs import OUT_OF_REACH_S
 from gateway.fics.errors import UploadBrokenOff
 from gateway.texts import text
 from gateway.wind_down import HURRY_S, WIND_DOWN_S
@@ -54,7 +54,7 @@ async def test_a_move_without_an_end_is_stopped_and_seen_to_stand_still() -> Non
         await it.plant.wind_down()
         assert not it.axis().motor.moving
         assert (move.status, move.end_cause) == (MoveStatus.STOPPED, "stop_command")
-        stops = [entry for entry in it.plant.recorders["line1"].entries() if b"5SS" in entry.data]
+        stops = [entry for entry in it.plant.history.recorders["line1"].entries() if b"5SS" in entry.data]
         assert {entry.caller for entry in stops if entry.kind == "tx"} == {"gateway: shutdown"}
         # A bounded move goes on, and is named before the streams end.
         assert it.axis(0x00).motor.moving

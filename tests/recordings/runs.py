@@ -10,7 +10,7 @@ from typing import Any, Final
 from unittest.mock import patch
 
 from gateway.access.principal import EVERYBODY, asking
-from gateway.core import ids
+from gateway.core import origin
 from gateway.core.errors import GatewayError
 from gateway.core.operation import Operation, names_in
 from gateway.core.origin import Origin, acting
@@ -138,6 +138,6 @@ def record_run(seed: int, folder: Path) -> Path:
     with (
         virtual_clocks(),
         patch.object(secrets, "token_hex", lambda size: drawn.randbytes(size).hex()),
-        patch.object(ids, "_DIGITS", drawn),
+        patch.object(origin, "_DIGITS", drawn),
     ):
         return run_loop(Run(seed).record(folder))

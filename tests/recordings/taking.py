@@ -50,11 +50,11 @@ def virtual_clocks() -> Iterator[None]:
 
 async def recorded(plant: Plant, folder: Path) -> Path:
     """Record all that a plant remembers."""
-    plant.recordings.keep_in(folder)
-    record = plant.recordings.start(None, asyncio.get_running_loop().time() + 1, 0)
-    await plant.recordings.wait(record, 60)
+    plant.works.recordings.keep_in(folder)
+    record = plant.works.recordings.start(None, asyncio.get_running_loop().time() + 1, 0)
+    await plant.works.recordings.wait(record, 60)
     assert record.status == "finished", record.error
-    return plant.recordings.file_of(record)
+    return plant.works.recordings.file_of(record)
 
 
 async def play(plant: Plant, script: Sequence[Step]) -> None:

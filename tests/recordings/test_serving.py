@@ -181,10 +181,10 @@ def test_a_wrong_wish_changes_nothing(wrong: object, path: Path) -> None:
 def test_a_recording_of_some_lines_is_not_served(tmp_path: Path) -> None:
     async def story() -> Path:
         async with rig(lines=("line1", "line2")) as running:
-            running.plant.recordings.keep_in(tmp_path)
-            record = running.plant.recordings.start(["line1"], 100, 0)
-            await running.plant.recordings.wait(record, 60)
-            return running.plant.recordings.file_of(record)
+            running.plant.works.recordings.keep_in(tmp_path)
+            record = running.plant.works.recordings.start(["line1"], 100, 0)
+            await running.plant.works.recordings.wait(record, 60)
+            return running.plant.works.recordings.file_of(record)
 
     with virtual_clocks():
         path = run_virtual(story())

@@ -14,12 +14,11 @@ from typing import Any
 
 import pytest
 
-from gateway.core.copies import Copies
 from gateway.core.errors import NotSent
-from gateway.core.lanes import STOPS
-from gateway.rorze.exchange import Answered, Outcome, ReplyFrame, RorzeExchange
+from gateway.core.exchange import STOPS
+from gateway.core.false_replies import Copies
 from gateway.rorze.line import Line, LineState, lane_of
-from gateway.rorze.session import RorzeSession
+from gateway.rorze.session import Answered, Outcome, ReplyFrame, RorzeExchange, RorzeSession
 from protocols.rorze.commands import COMMANDS
 from protocols.rorze.link import POISON, Refusal
 from protocols.rorze.moves import MoveClockwiseSlowly, MoveCounterclockwiseSlowly

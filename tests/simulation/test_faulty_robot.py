@@ -12,10 +12,9 @@ from typing import Any
 
 import pytest
 
-from gateway.core.copies import Copies
 from gateway.core.errors import GatewayError
-from gateway.core.exchange import More
-from gateway.core.lanes import Lane
+from gateway.core.exchange import Lane, More
+from gateway.core.false_replies import Copies
 from gateway.core.line_state import LineState
 from gateway.core.move_record import MoveStatus
 from gateway.fics.exchange import FicsExchange, ReplyFrame, RobotAnswered

@@ -7,8 +7,8 @@ from pydantic import Field
 from gateway.core import tables
 from gateway.core.alarms import AlarmText, AlarmWords, Cause, causes_of_moves
 from gateway.core.drives import Drive, DriveJog, DriveMove, Drives, Status, drive_types, jog_rows
+from gateway.core.exchange import Lane
 from gateway.core.family import PortInfo, TargetKind, facts_of
-from gateway.core.lanes import Lane
 from gateway.core.operation import Rows
 from gateway.core.records import Record, RequestModel
 from gateway.core.rights import Right

@@ -6,8 +6,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from gateway.core.errors import GatewayError
-from gateway.core.exchange import Exchange, RememberedReply
-from gateway.core.lanes import STOPS, Lane
+from gateway.core.exchange import STOPS, Exchange, Lane, RememberedReply
 from gateway.core.line import LineDriver
 from gateway.core.session import READ_REPEATS, Session
 from protocols.table import Reply, WireFault
@@ -52,16 +51,16 @@ class ToySession(Session[ToyExchange, Frame]):
 
     def exchange(self, command: ToyCommand[Any], lane: Lane, target: int = AXIS) -> ToyExchange:
         self.last = number = (self.last + 1) % 0x10000
-        repeats, timeout_s = READ_REPEATS if command.may_repeat() else 0, self.reply_timeout_s
+        repeats, timeout_s = READ_REPEATS if command.may_repeat() else 0, self.terms.reply_timeout_s
         exchange = ToyExchange(
             command, command.frame(number), lane, target, self.epoch(target), serial=number
         )
-        exchange.timeout_s, exchange.repeats = timeout_s, repeats
+        exchange.reply.timeout_s, exchange.reply.repeats = timeout_s, repeats
         return exchange
 
     def fence_query(self) -> ToyExchange:
         fence = self.exchange(GetStatus(), Lane.VERIFY)
-        fence.self_identifying = True
+        fence.reply.self_identifying = True
         return fence
 
 
@@ -83,7 +82,7 @@ class ToyLine(LineDriver[ToyExchange, Frame, Frame]):
     async def _set_up(self, *, fresh: bool) -> None:
         """Go on with the numbers behind the newest motion, for an axis takes only newer ones."""
         self._begins_set_up()
-        while self._open:
+        while self._life.is_open:
             told = await self._say_first(self.numbers.exchange(GetStatus(), Lane.COMMAND, SET_UP))
             if isinstance(told, Status):
                 self.numbers.last = max(self.numbers.last, told.newest)

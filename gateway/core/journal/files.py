@@ -7,9 +7,8 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from gateway.core.journal.disk import FILE, fault, is_damage, is_in_use, open_as_it_is
-from gateway.core.journal.retention import Retention, forget
 from gateway.core.journal.schema import VERSION, written_version
-from gateway.core.journal.writes import RAN_S
+from gateway.core.journal.writes import RAN_S, Retention, forget
 
 
 class OtherVersion(Exception):

@@ -10,14 +10,11 @@ from functools import partial
 from typing import Any, Final, Generic, NamedTuple, Protocol
 
 from gateway.core.errors import GatewayError, NoReply
-from gateway.core.exchange import X
-from gateway.core.ids import sorted_by_time
+from gateway.core.exchange import QUEUE_LIMIT, STOPS, Lane, X, current_series, require_room
 from gateway.core.journal import writes
 from gateway.core.journal.journal import JournalUnavailable
 from gateway.core.journal.writes import Write
-from gateway.core.lanes import QUEUE_LIMIT, STOPS, Lane, require_room
-from gateway.core.origin import FENCE, POLL, PROBE, SET_UP
-from gateway.core.sequence_lock import current_series
+from gateway.core.origin import FENCE, POLL, PROBE, SET_UP, sorted_by_time
 from protocols.table import Effect
 
 ITS_OWN: Final = frozenset({FENCE, POLL, PROBE, SET_UP})

@@ -16,8 +16,7 @@ from gateway.core.drawn import Transition
 from gateway.core.errors import NotSent
 from gateway.core.journal import writes
 from gateway.core.journal.disk import Disk, DiskFailed, NotWritable
-from gateway.core.journal.retention import Retention, forget
-from gateway.core.journal.writes import Value, Write
+from gateway.core.journal.writes import Retention, Value, Write, forget
 
 log = logging.getLogger(__name__)
 
@@ -200,13 +199,20 @@ class Writer:
     def _try(self, batch: Sequence[Write], *, durable: bool) -> OSError | None:
         if self.failure is not None:
             return self.failure
+        error = self._attempt(partial(self.disk.commit, [*self.owed, *batch], durable=durable))
+        if error is None:
+            self.owed.clear()
+        return error
+
+    def _attempt(self, *deeds: Callable[[], None]) -> OSError | None:
+        """Do something with the disk; whatever is unforeseen there is the disk's failure."""
         try:
-            self.disk.commit([*self.owed, *batch], durable=durable)
+            for deed in deeds:
+                deed()
         except NotWritable as error:
             return error
         except Exception as fault:  # a thread that ended would leave everybody waiting
             return self._distrust(fault)
-        self.owed.clear()
         return None
 
     def _distrust(self, fault: Exception) -> DiskFailed:
@@ -237,13 +243,10 @@ class Writer:
         known = [writes.meta(name, value) for name, value in facts.items()]
         error = self._try([*known, *forget(self.ran_s, self.retention)], durable=True)
         if error is None:
-            try:
-                self.disk.check()
-                self.disk.tidy()
-            except NotWritable as full:
-                log.warning("the journal could not be tidied: %s", full)
-            except Exception as fault:  # as above
-                error = self._distrust(fault)
+            error = self._attempt(self.disk.check, self.disk.tidy)
+            if isinstance(error, NotWritable):
+                log.warning("the journal could not be tidied: %s", error)
+                error = None
         self._unsynced_since = None
         self.settle([], error)
 

@@ -6,10 +6,9 @@ from typing import Final
 from pydantic import Field
 
 from gateway.core.aside import aside
-from gateway.core.backup_record import Backup, BackupComparison
+from gateway.core.backup_record import Backup, BackupComparison, Restore, RestorePlan
 from gateway.core.operation import PlainText, Rows, Wait
 from gateway.core.records import example
-from gateway.core.restore_record import Restore, RestorePlan
 from gateway.core.restores import Restores
 from gateway.door.backups import (
     AS_TEXT,

@@ -245,7 +245,7 @@ async def change_robot_mode(robot: Robot, wanted: ModeChange) -> RobotInfo:
 async def acknowledge_power_cycle(plant: Plant, robot: Robot) -> RobotInfo:
     """Allow motion again after a loss of power, once the speeds are set: they are at 100 % since then."""
     robot.known.power.acknowledge()
-    plant.security.note(entries.POWER_CYCLE_ACKNOWLEDGED, robot.id)
+    plant.access.security.note(entries.POWER_CYCLE_ACKNOWLEDGED, robot.id)
     return _info(robot)
 
 

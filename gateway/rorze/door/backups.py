@@ -8,11 +8,10 @@ from pydantic import Field
 
 from gateway.core.addresses import there_are
 from gateway.core.aside import aside
-from gateway.core.backup_record import Backup, BackupComparison
+from gateway.core.backup_record import Backup, BackupComparison, Restore, RestorePlan, Units
 from gateway.core.errors import InvalidRequest, NotFound
 from gateway.core.operation import PlainText, Rows, Wait
 from gateway.core.records import example
-from gateway.core.restore_record import Restore, RestorePlan, Units
 from gateway.core.restores import Restores
 from gateway.door.backups import (
     AS_TEXT,

@@ -344,7 +344,7 @@ async def acknowledge_body_power_cycle(plant: Plant, body: Body) -> BodyInfo:
     of its flash memory. Homing does the same as this, and so does setting its position.
     """
     await body.acknowledge_power_cycle()
-    plant.security.note(entries.POWER_CYCLE_ACKNOWLEDGED, body.address)
+    plant.access.security.note(entries.POWER_CYCLE_ACKNOWLEDGED, body.address)
     return _info(plant.family(Rorze), body)
 
 

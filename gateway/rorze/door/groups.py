@@ -6,9 +6,9 @@ from pydantic import AfterValidator, BaseModel, Field
 
 from gateway.core.errors import Ambiguous, NotFound
 from gateway.core.operation import Rows
+from gateway.core.parts import numbered_address
 from gateway.core.records import SentBack, example
 from gateway.core.rights import Right
-from gateway.core.spelling import numbered_address
 from gateway.core.tables import check_printable
 from gateway.door.caller import require, sees
 from gateway.plant import Plant

@@ -214,7 +214,9 @@ async def test_a_robots_move_and_stop_carry_it(cell: Cell) -> None:
     ids = {event["type"]: event["data"].get("request_id") for event in told}
     assert (ids["robot.move.sent"], ids["robot.move.stopped"]) == (MINE, MINE)
     assert ids["robot.stop.confirmed"] == "stop-1"
-    frames = {entry.data[:3]: entry for entry in cell.rig.plant.recorders["cell"].entries() if entry.caller}
+    frames = {
+        entry.data[:3]: entry for entry in cell.rig.plant.history.recorders["cell"].entries() if entry.caller
+    }
     assert (frames[b"ORG"].caller, frames[b"ORG"].request_id) == ("http 127.0.0.1", MINE)
     assert frames[b"ASS"].request_id == "stop-1"
 
@@ -244,7 +246,7 @@ async def test_a_fence_and_a_probe_are_the_gateways_own(stand: Stand) -> None:
 async def test_a_fence_of_a_robot_is_the_gateways_own_and_the_repeated_read_its_senders(cell: Cell) -> None:
     cell.rig.lose_replies()
     assert (await cell.get("/robots/r1/inputs", **{"x-request-id": MINE})).status_code == 200
-    frames = [it for it in cell.rig.plant.recorders["cell"].entries() if it.kind == "tx"]
+    frames = [it for it in cell.rig.plant.history.recorders["cell"].entries() if it.kind == "tx"]
     assert {it.caller for it in frames if it.data.startswith(b"VAR")} == {"gateway: fence"}
     assert [it.request_id for it in frames if it.data.startswith(b"IDI")] == [MINE, MINE]
 
@@ -254,7 +256,7 @@ async def test_an_axis_that_nobody_keeps_jogging_is_stopped_by_the_gateway(cell:
     jog = {"unit": 2, "axis": "X", "direction": "+"}
     assert (await cell.post("/robots/r1/jogs", jog, **{"x-request-id": MINE})).status_code == 201
     await asyncio.sleep(1)
-    frames = [it for it in cell.rig.plant.recorders["cell"].entries() if it.data.startswith(b"JOG")]
+    frames = [it for it in cell.rig.plant.history.recorders["cell"].entries() if it.data.startswith(b"JOG")]
     assert [(frame.caller, frame.request_id) for frame in frames if frame.kind == "tx"][:2] == [
         ("http 127.0.0.1", MINE),
         ("gateway: missing heartbeat", None),

@@ -62,16 +62,16 @@ def somebody(*scope: str, role: Role = Role.ADMIN) -> Principal:
     ],
 )
 def test_what_a_scope_covers(plant: Plant, scope: str, address: str, covered: bool) -> None:
-    assert plant.territory.covers(somebody(scope), address) is covered
+    assert plant.access.territory.covers(somebody(scope), address) is covered
 
 
 def test_an_address_of_two_lines_is_told_as_such(plant: Plant) -> None:
     with pytest.raises(Ambiguous):
-        plant.territory.covers(somebody("arm"), "3F")
+        plant.access.territory.covers(somebody("arm"), "3F")
 
 
 def test_a_group_defined_anew_gives_nobody_more(plant: Plant) -> None:
-    territory = plant.territory
+    territory = plant.access.territory
     rorze = plant.family(Rorze)
     rorze._groups._add(Group(rorze.lines["arm"], 0x80, [rorze.body("arm.00"), rorze.body("arm.01")]))
     key = somebody("arm.80")
@@ -81,7 +81,7 @@ def test_a_group_defined_anew_gives_nobody_more(plant: Plant) -> None:
 
 
 def test_who_may_do_everything_needs_no_address(plant: Plant) -> None:
-    territory = plant.territory
+    territory = plant.access.territory
     territory.require(EVERYBODY, Right.ADMIN)
     territory.require(EVERYBODY, Right.OPERATE, "nowhere")
     with pytest.raises(NotPermitted, match="whole plant"):
@@ -93,8 +93,8 @@ def test_who_may_do_everything_needs_no_address(plant: Plant) -> None:
 @pytest.mark.parametrize("role", list(Role))
 def test_every_role_stops_everything_and_has_what_the_one_before_has(plant: Plant, role: Role) -> None:
     nothing = Principal("somebody", role, frozenset())
-    plant.territory.require(nothing, Right.STOP)
-    plant.territory.require(nothing, Right.STOP, "leg.00")
+    plant.access.territory.require(nothing, Right.STOP)
+    plant.access.territory.require(nothing, Right.STOP, "leg.00")
     for other in list(Role)[: list(Role).index(role)]:
         assert RIGHTS_OF[other] < RIGHTS_OF[role]
 

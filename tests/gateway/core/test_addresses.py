@@ -4,7 +4,7 @@ import pytest
 
 from gateway.core.addresses import MOST_LISTED, canonical_address, there_are
 from gateway.core.errors import InvalidRequest
-from gateway.core.spelling import numbered_address
+from gateway.core.parts import numbered_address
 
 
 @pytest.mark.parametrize(

@@ -1,7 +1,7 @@
 """The common part of families with one controller on each line."""
 
 import asyncio
-from collections.abc import Awaitable, Callable
+from collections.abc import Awaitable, Callable, Iterable
 from types import SimpleNamespace
 from typing import Any, ClassVar
 
@@ -13,6 +13,7 @@ from gateway.core.events import EventHub
 from gateway.core.family import ENDS_ITSELF, NOT_OURS, MayMove, Site
 from gateway.core.jogs import JogNews
 from gateway.core.parts import Part
+from gateway.core.supervisor import Deed, do_in_turn
 from tests.plants import in_virtual_time
 
 
@@ -40,8 +41,8 @@ class Thing:
 
         return noted
 
-    async def close(self) -> None:
-        self.done.append("closed")
+    def closing(self) -> Iterable[Deed]:
+        return (self._noting("closed"),)
 
 
 class Things(Controllers[Thing]):
@@ -78,7 +79,7 @@ def test_one_is_found_by_its_id_and_by_its_line() -> None:
 async def test_one_whose_line_goes_is_closed_and_forgotten() -> None:
     a, b = Thing("a"), Thing("b")
     things = Things(a, b)
-    await things.remove(a.line)
+    await do_in_turn("the end of a line", *things.removing(a.line))
     assert (a.done, things.every()) == (["closed"], [b])
 
 
@@ -109,3 +110,15 @@ def test_what_may_move_on_is_named_with_why() -> None:
         MayMove("thing", "/things/b", NOT_OURS, None),
         MayMove("thing", "/things/c", ENDS_ITSELF, "m1"),
     ]
+
+
+@in_virtual_time
+async def test_at_the_end_each_is_closed_though_another_meets_a_fault_and_then_the_moves_end() -> None:
+    def fails() -> None:
+        raise RuntimeError
+
+    a, b = Thing("a"), Thing("b")
+    a.closing = lambda: (fails,)  # type: ignore[method-assign]
+    things = Things(a, b)
+    await do_in_turn("the end", *things.closing())
+    assert (b.done, a.done) == (["closed"], ["ended"])

@@ -10,6 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from gateway.core.errors import InvalidRequest
+from gateway.core.event_ring import Turns
 from gateway.core.events import (
     BATCH,
     GAP,
@@ -24,7 +25,6 @@ from gateway.core.events import (
     Subscription,
     Writer,
 )
-from gateway.core.turns import Turns
 from gateway.rorze.stops import StopReport
 from tests.virtual_time import run_virtual
 

@@ -11,9 +11,9 @@ from gateway.core.errors import (
     NotAllowed,
     StoppedFirst,
 )
+from gateway.core.exchange import Lane
 from gateway.core.gate import Gate
-from gateway.core.lanes import Lane
-from gateway.rorze.exchange import RorzeExchange
+from gateway.rorze.session import RorzeExchange
 from protocols.rorze.link_master import SetReplyFormat
 from protocols.rorze.moves import MoveClockwise
 from protocols.rorze.position import GetPosition

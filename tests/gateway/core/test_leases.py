@@ -3,6 +3,7 @@
 import asyncio
 from collections.abc import Iterator, Sequence
 from itertools import product
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -10,9 +11,19 @@ from hypothesis import settings
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, invariant, precondition, rule
 
-from gateway.core.errors import GatewayError, NotAllowed, NotFound
-from gateway.core.lease_tokens import LeaseTokens
-from gateway.core.leases import End, Holder, Lease, LeaseRefused, Leases, Mode, Taken
+from gateway.core.errors import GatewayError, NotAllowed, NotFound, NotSent
+from gateway.core.leases import (
+    AHEAD,
+    FILE,
+    End,
+    Holder,
+    Lease,
+    LeaseRefused,
+    Leases,
+    LeaseTokens,
+    Mode,
+    Taken,
+)
 from gateway.core.origin import Claim, Origin, acting
 from gateway.core.parts import Part
 from protocols.rorze.moves import MoveClockwise
@@ -292,3 +303,39 @@ def test_where_all_are_one_a_lease_is_that_of_another_caller(hall: Hall) -> None
     hall.take(everybody, LIFT)
     with pytest.raises(LeaseRefused, match=r"leased to another caller without a key for 10.0 s; nothing was"):
         hall.leases.admit(Claim((), (LIFT,), everybody.id))
+
+
+def given(tokens: LeaseTokens, count: int) -> list[int]:
+    async def take() -> list[int]:
+        return [await tokens.next() for _ in range(count)]
+
+    return asyncio.run(take())
+
+
+def test_each_number_is_given_once_by_whichever_life_of_the_gateway(tmp_path: Path) -> None:
+    lives = [given(LeaseTokens(tmp_path), count) for count in (1, 3, AHEAD + 1, 2)]
+    numbers = [number for life in lives for number in life]
+    assert numbers == sorted(set(numbers))
+
+
+def test_a_number_is_written_down_before_it_is_given(tmp_path: Path) -> None:
+    (last,) = given(LeaseTokens(tmp_path), 1)
+    assert int((tmp_path / FILE).read_text()) > last
+
+
+def test_clients_at_once_get_numbers_of_their_own(tmp_path: Path) -> None:
+    async def take() -> list[int]:
+        tokens = LeaseTokens(tmp_path)
+        return list(await asyncio.gather(*(tokens.next() for _ in range(50))))
+
+    assert len(set(asyncio.run(take()))) == 50
+
+
+def test_without_a_directory_they_begin_anew() -> None:
+    assert given(LeaseTokens(), 3) == [1, 2, 3]
+
+
+def test_what_cannot_be_written_down_is_not_given(tmp_path: Path) -> None:
+    (tmp_path / FILE).write_text("no number")
+    with pytest.raises(NotSent, match="cannot be written down"):
+        given(LeaseTokens(tmp_path), 1)

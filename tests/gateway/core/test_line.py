@@ -9,14 +9,13 @@ from typing import Any, cast
 
 import pytest
 
-from gateway.core.admission import Admission
+from gateway.core.admission import SUSPENDED_S, Admission, LoopWatch
 from gateway.core.errors import GatewayError, HeldUp, InvalidRequest, Overtaking, PortNotOpen
+from gateway.core.exchange import Lane
 from gateway.core.gate import Gate
-from gateway.core.lanes import Lane
 from gateway.core.line import GAP_S, LineDriver
 from gateway.core.line_state import PortNews
 from gateway.core.load import Load
-from gateway.core.loop_watch import SUSPENDED_S, LoopWatch
 from gateway.core.origin import current
 from gateway.core.session import Session
 from gateway.rorze.line import Line, LineState

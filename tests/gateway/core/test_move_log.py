@@ -7,8 +7,9 @@ from datetime import UTC, datetime, timedelta
 import pytest
 
 from gateway.core.errors import BodyBusy, NotFound
-from gateway.core.move_log import HISTORY, MoveLog, new_id
+from gateway.core.move_log import HISTORY, MoveLog
 from gateway.core.move_record import MoveError, MoveRecord, MoveStatus
+from gateway.core.origin import new_id
 from tests.gateway.rorze.far_end import virtual
 
 NOW = datetime(2026, 1, 1, tzinfo=UTC)

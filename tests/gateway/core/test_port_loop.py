@@ -63,7 +63,7 @@ class PlainLine(PortLoop):
 
     def _pump(self) -> None:
         now = self._loop.time()
-        while self._open and self.queue and self._port_is_free(now):
+        while self._life.is_open and self.queue and self._port_is_free(now):
             self._send(self.queue.pop(0), now)
 
     def _pass_deadlines(self, now: float) -> float | None:
@@ -418,7 +418,7 @@ async def test_one_timer_goes_off_at_whatever_is_due_first() -> None:
         began_at = now()
         line.due = [began_at + after_s for after_s in (3.0, 1.0, 2.0)]
         for at in line.due:
-            line._wake_at(at)
+            line._timer.set(at)
         await asyncio.sleep(10)
         assert line.woken == pytest.approx([began_at + 1.0, began_at + 2.0, began_at + 3.0])
 

@@ -5,10 +5,9 @@ from collections.abc import Callable
 
 import pytest
 
-from gateway.core.backup_record import BackupComparison
+from gateway.core.backup_record import BackupComparison, Difference, Restore
 from gateway.core.backups import Comparisons
 from gateway.core.errors import BodyBusy, GatewayError, NoReply, NotFound, NotSent, StoppedFirst
-from gateway.core.restore_record import Difference, Restore
 from gateway.core.restores import BACK_WITHIN_S, TOLD, Comparison, ComparisonListener, Restores, Watcher
 from tests.plants import in_virtual_time
 

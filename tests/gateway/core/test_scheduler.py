@@ -6,10 +6,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from gateway.core.errors import Expired, NoReply, QueueFull
-from gateway.core.lanes import QUEUE_LIMIT, STOPS, Lane
+from gateway.core.exchange import QUEUE_LIMIT, STOPS, Lane, Series
 from gateway.core.scheduler import TURN_S, Scheduler
-from gateway.core.sequence_lock import SequenceLock, Series
-from gateway.rorze.exchange import RorzeExchange
+from gateway.rorze.session import RorzeExchange
 from protocols.rorze.moves import MoveTo
 from protocols.rorze.notation import PositionReference
 from protocols.rorze.position import GetPosition
@@ -128,14 +127,14 @@ def test_a_body_that_may_not_go_is_passed_over_and_keeps_its_turn() -> None:
 @pytest.mark.parametrize("target", [1, 0x80])
 def test_what_reaches_a_target_held_for_a_series_waits_for_its_end(target: int) -> None:
     scheduler = Scheduler[RorzeExchange]()
-    scheduler.locks[1], scheduler.members = SequenceLock("body"), {0x80: [1, 2]}
-    scheduler.locks[1].holder = series = Series()
+    scheduler.holders[1] = series = Series()
+    scheduler.members = {0x80: [1, 2]}
     stop, stranger, member, beside = exchange(StopImmediately(), target), move(target), move(1), move(2)
     member.series = series
     for one in (stranger, member, beside, stop):
         scheduler.submit(one)
     assert taken(scheduler) == [stop, member, beside]
-    scheduler.locks[1].holder = None
+    scheduler.holders[1] = None
     assert taken(scheduler) == [stranger]
 
 
@@ -265,10 +264,10 @@ async def test_what_was_written_once_and_is_too_late_for_the_repetition_has_had_
     scheduler = Scheduler[RorzeExchange]()
     read = exchange(GetPosition(), expires_at=5.0)
     future = waiting(read, asyncio.get_running_loop())
-    read.doubt = NoReply("6PD was sent to body 02, and no reply came.")
+    read.reply.doubt = NoReply("6PD was sent to body 02, and no reply came.")
     scheduler.put_back(read)
     scheduler.expire(5.0)
-    assert future.result() is read.doubt
+    assert future.result() is read.reply.doubt
 
 
 @virtual

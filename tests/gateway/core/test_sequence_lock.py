@@ -7,11 +7,11 @@ from typing import Any
 import pytest
 
 from gateway.core.errors import Expired, QueueFull, StoppedFirst
-from gateway.core.lanes import QUEUE_LIMIT, Lane
+from gateway.core.exchange import QUEUE_LIMIT, Lane
 from gateway.core.sequence_lock import SequenceLock
 from gateway.fics.exchange import RobotAnswered as RobotAnswered
-from gateway.rorze.exchange import Answered
 from gateway.rorze.line import Line, lane_of
+from gateway.rorze.session import Answered
 from protocols.fics.jog import StopJog
 from protocols.fics.status import GetAxisStatus
 from protocols.fics.variables import GetVariable, SetVariable

@@ -8,9 +8,8 @@ from typing import Any, NamedTuple
 import pytest
 
 from gateway.core.errors import Cancelled, GatewayError, NoReply, StoppedFirst
-from gateway.core.exchange import Exchange, RememberedReply
+from gateway.core.exchange import Exchange, ExpectedReply, Lane, RememberedReply
 from gateway.core.fence import FENCE_TRIES
-from gateway.core.lanes import Lane
 from gateway.core.session import READ_REPEATS, Session
 from protocols.table import Command, Effect, Reply, Retry
 from tests.virtual_time import VirtualLoop
@@ -76,20 +75,25 @@ class LetterSession(Session[LetterExchange, Letter]):
         repeats = READ_REPEATS if command.may_repeat() else 0
         frame = command.code.encode()
         return LetterExchange(
-            command, frame, lane, AXIS, self.epoch(AXIS), repeats=repeats, reply_names=(command.code,)
+            command,
+            frame,
+            lane,
+            AXIS,
+            self.epoch(AXIS),
+            reply=ExpectedReply(repeats=repeats, names=(command.code,)),
         )
 
     def fence_query(self) -> LetterExchange:
         fence = self.exchange(Ask(), Lane.READ)
         self.nonce += 1
-        fence.nonce, fence.self_identifying = self.nonce, True
+        fence.nonce, fence.reply.self_identifying = self.nonce, True
         return fence
 
     def wants_fence(self, exchange: LetterExchange, now: float) -> bool:
         return self._copies.could_answer(exchange, AXIS, now)
 
     def note_reply(self, exchange: LetterExchange, frame: Letter, now: float) -> None:
-        said = RememberedReply(exchange, frame, frame, exchange.number, now + self.late_reply_s)
+        said = RememberedReply(exchange, frame, frame, exchange.number, now + self.terms.late_reply_s)
         self._copies.note(AXIS, frame.code, said, now)
 
     def fence_passed(self, _fence: LetterExchange) -> None:
@@ -126,7 +130,7 @@ class Bench:
         if exchange is None:
             return ""
         self.session.written(exchange, self.now, self.now + 0.5)
-        return exchange.command.code + (str(exchange.nonce) if exchange.self_identifying else "")
+        return exchange.command.code + (str(exchange.nonce) if exchange.reply.self_identifying else "")
 
     def hear(self, code: str, number: int = 0) -> None:
         if (tell := self.session.receive(Letter(code, number), self.now)) is not None:
@@ -209,12 +213,12 @@ def test_a_lost_port_leaves_nothing_behind(it: Bench) -> None:
 def test_nothing_is_in_the_port_when_the_reply_to_the_last_frame_has_come(it: Bench) -> None:
     it.ask(Do())
     it.write()
-    assert not it.session.all_answered
+    assert not it.session.sent.all_answered
     it.hear("D")
-    assert it.session.all_answered
+    assert it.session.sent.all_answered
     it.ask(Ask(), Lane.READ)
     it.write()
-    assert not it.session.all_answered
+    assert not it.session.sent.all_answered
 
 
 def test_the_reply_to_what_went_before_a_stop_leaves_the_stop_in_the_port(it: Bench) -> None:
@@ -223,9 +227,9 @@ def test_the_reply_to_what_went_before_a_stop_leaves_the_stop_in_the_port(it: Be
     it.ask(Ask(), Lane.STOP)
     it.write()
     it.hear("D")
-    assert not it.session.all_answered
+    assert not it.session.sent.all_answered
     it.hear("A")
-    assert it.session.all_answered
+    assert it.session.sent.all_answered
 
 
 def test_an_exchange_takes_the_line_until_its_reply_a_frame_beside_it_or_its_deadline(it: Bench) -> None:

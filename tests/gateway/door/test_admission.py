@@ -39,7 +39,7 @@ class Gate:
     def __init__(self, data: Path) -> None:
         self.keys = KeyStore(data)
         plant = Plant(Config.model_validate({"lines": LINES}))
-        plant.credentials = Credentials(self.keys)
+        plant.access.credentials = Credentials(self.keys)
         self.admission = AccessCheck(plant)
 
     def key(self, role: Role, *scope: str) -> str:

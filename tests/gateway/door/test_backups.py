@@ -10,9 +10,9 @@ from typing import NamedTuple
 
 import pytest
 
+from gateway.core.backup_record import Restore, RestorePlan, Units
 from gateway.core.errors import BodyBusy, GatewayError, InvalidRequest, NotFound
 from gateway.core.origin import Origin
-from gateway.core.restore_record import Restore, RestorePlan, Units
 from gateway.door import backups, doing, stopping
 from gateway.rorze.asked_body import is_mark
 from gateway.rorze.bodies import Configured

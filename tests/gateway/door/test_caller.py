@@ -116,8 +116,10 @@ async def test_everybody_with_any_credential_stops_everything() -> None:
 @in_virtual_time
 async def test_a_lease_holds_for_every_front_end() -> None:
     async with rig() as it:
-        parts = it.plant.territory.parts("3F")
-        await it.plant.leases.take("3F", "/bodies/line1.3F", parts, Holder("bert", "b"), 10.0, over=False)
+        parts = it.plant.access.territory.parts("3F")
+        await it.plant.access.leases.take(
+            "3F", "/bodies/line1.3F", parts, Holder("bert", "b"), 10.0, over=False
+        )
         with pytest.raises(LeaseRefused):
             await do(it.plant, ME, "/bodies/3F", FAR)
         await do(it.plant, ME, "/bodies/3F", GetPosition())

@@ -100,8 +100,10 @@ async def test_what_is_not_there_and_callers_without_the_right_are_refused() -> 
 @in_virtual_time
 async def test_a_lease_of_somebody_else_keeps_from_setting_and_not_from_asking() -> None:
     async with rig() as it:
-        parts = it.plant.territory.parts("3F")
-        await it.plant.leases.take("3F", "/bodies/line1.3F", parts, Holder("bert", "b"), 10.0, over=False)
+        parts = it.plant.access.territory.parts("3F")
+        await it.plant.access.leases.take(
+            "3F", "/bodies/line1.3F", parts, Holder("bert", "b"), 10.0, over=False
+        )
         with pytest.raises(LeaseRefused):
             await carry_out(it.plant, SETS, {"body_id": "3F", "wanted": ReloadRequest()})
         asked = {"body_id": "3F", "wanted": ReloadRequest(dry_run=True)}

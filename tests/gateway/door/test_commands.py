@@ -7,11 +7,11 @@ from typing import Any
 import pytest
 
 from gateway.core.errors import BodyBusy, GatewayError, InvalidRequest, NotAllowed, NotFound
-from gateway.core.lanes import Lane
+from gateway.core.exchange import Lane
 from gateway.core.origin import Origin, current
 from gateway.core.targets import BegunMoves, CommandReplies, MemberAnswers, Opened, Stopped
 from gateway.door.doing import do, read_text
-from gateway.rorze.exchange import Answered
+from gateway.rorze.session import Answered
 from protocols.fics import jog, moves, stops
 from protocols.fics.row import FicsCommand
 from protocols.fics.speeds import GetSpeedPercent

@@ -55,7 +55,9 @@ async def test_a_viewer_finds_records_and_cancels_what_changes_nothing(what: str
 @in_virtual_time
 async def test_what_stores_is_cancelled_by_the_holder_of_a_lease_and_what_compares_by_all(what: str) -> None:
     async with rig() as it:
-        parts = it.plant.territory.parts("3F")
-        await it.plant.leases.take("3F", "/bodies/line1.3F", parts, Holder("bert", "b"), 10.0, over=False)
+        parts = it.plant.access.territory.parts("3F")
+        await it.plant.access.leases.take(
+            "3F", "/bodies/line1.3F", parts, Holder("bert", "b"), 10.0, over=False
+        )
         with pytest.raises(LeaseRefused if what in STORING else NotFound):
             await cancel(it, what)

@@ -6,9 +6,9 @@ from random import Random
 
 import pytest
 
+from gateway.core.backup_record import Restore, RestorePlan
 from gateway.core.errors import BodyBusy, InvalidRequest, InvalidText
 from gateway.core.origin import Origin, acting
-from gateway.core.restore_record import Restore, RestorePlan
 from gateway.door import backups, doing
 from gateway.fics.door import backups as of_robots
 from protocols.fics.homing import HomeRobot

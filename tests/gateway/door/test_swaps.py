@@ -8,9 +8,9 @@ from pathlib import Path
 import pytest
 from pydantic import ValidationError
 
+from gateway.core.backup_record import Restore
 from gateway.core.errors import InvalidRequest, NotFound
 from gateway.core.events import Event
-from gateway.core.restore_record import Restore
 from gateway.door import backups
 from gateway.door.nightly import Nightly
 from gateway.fics.door.backups import RobotComparisonRequest, compare_robot
@@ -122,7 +122,7 @@ def test_it_is_told_what_differs_and_how_long_a_restore_takes(tmp_path: Path, ba
             await asyncio.sleep(0.1)
             before_s, loop = begun.left_s, asyncio.get_running_loop()
             began_at = loop.time()
-            await it.plant.comparisons.wait(begun, 3000.0)
+            await it.plant.works.comparisons.wait(begun, 3000.0)
             assert before_s == pytest.approx(loop.time() - began_at, rel=0.3)
             assert (begun.status, begun.baud, begun.left_s) == ("succeeded", baud, None)
             assert begun.differing is not None

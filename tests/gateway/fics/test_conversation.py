@@ -6,7 +6,7 @@ import itertools
 import pytest
 
 from gateway.core.errors import Expired, NoReply
-from gateway.core.lanes import Lane
+from gateway.core.exchange import Lane
 from gateway.fics.conversation import TURN_WITHIN_S
 from gateway.fics.knowledge import UNIT_HOLDS_S
 from gateway.fics.watch import HEALTH_POLL_S

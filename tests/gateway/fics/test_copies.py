@@ -2,7 +2,7 @@
 
 import pytest
 
-from gateway.core.lanes import Lane
+from gateway.core.exchange import Lane
 from gateway.fics.errors import NotDone
 from gateway.fics.exchange import ROBOT, FicsExchange, ReplyFrame
 from gateway.fics.session import REPLIES_REMEMBERED, FicsSession

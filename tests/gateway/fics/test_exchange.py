@@ -4,8 +4,7 @@ import asyncio
 
 import pytest
 
-from gateway.core.exchange import More
-from gateway.core.lanes import Lane
+from gateway.core.exchange import Lane, More
 from gateway.fics.exchange import FicsExchange, ReplyFrame, RobotAnswered
 from protocols.fics.link import Completion, FicsRefusal, QueryAnswer, SystemFailure, encode
 from protocols.fics.moves import MoveRelative, MoveToPosition

@@ -7,7 +7,7 @@ from typing import Literal
 import pytest
 
 from gateway.core.errors import ControllerRefused, NoReply, NotSent, PowerCycled, StoppedFirst
-from gateway.core.lanes import Lane
+from gateway.core.exchange import Lane
 from gateway.core.move_record import MoveStatus
 from gateway.fics.errors import NotHomed, UnitNotSelected, UploadBrokenOff
 from protocols.fics.alarms import TakeCurrentError

@@ -11,6 +11,7 @@ import pytest
 from gateway.core.errors import ControllerRefused, InvalidRequest, NoReply, NotFound, StoppedFirst
 from gateway.core.events import Data, Event
 from gateway.core.jogs import JogOutOfReach, JogOver
+from gateway.core.supervisor import do_in_turn
 from gateway.fics.errors import RobotBusy, UnitNotSelected
 from gateway.fics.jogs import JogSession
 from gateway.fics.robot import Robot
@@ -174,7 +175,7 @@ async def test_the_end_of_the_gateway_stops_what_jogs() -> None:
     async with fics_rig() as rig:
         await rig.move(HomeRobot())
         await rig.robot.jogs.start(1, "Z", "-")
-        await rig.robot.close()
+        await do_in_turn("the end of a robot", *rig.robot.closing())
         assert rig.fics.job is None
 
 

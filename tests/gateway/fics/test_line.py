@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 from gateway.core.errors import Cancelled, Expired, InvalidRequest, NoReply, NotSent, PortNotOpen
-from gateway.core.lanes import Lane
+from gateway.core.exchange import Lane
 from gateway.core.line import SILENCE_S
 from gateway.core.line_state import LineState
 from gateway.fics.errors import RobotOffline

@@ -5,7 +5,7 @@ import asyncio
 import pytest
 
 from gateway.core.errors import Expired, StoppedFirst
-from gateway.core.lanes import Lane
+from gateway.core.exchange import Lane
 from gateway.fics.conversation import Accepted
 from gateway.fics.errors import ErrorStands, RobotBusy
 from protocols.fics.homing import HomeRobot

@@ -6,9 +6,9 @@ from contextlib import suppress
 import pytest
 
 from gateway.core.errors import Expired, GatewayError, QueueFull
-from gateway.core.lanes import QUEUE_LIMIT
+from gateway.core.exchange import QUEUE_LIMIT
 from gateway.core.move_record import LOST_AFTER_S, MoveStatus
-from gateway.core.silence import OUT_OF_REACH_S
+from gateway.core.move_runs import OUT_OF_REACH_S
 from gateway.fics import moves as moves_of_robots
 from gateway.fics.robot import Robot
 from protocols.fics.homing import HomeRobot

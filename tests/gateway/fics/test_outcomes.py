@@ -5,7 +5,7 @@ import asyncio
 import pytest
 
 from gateway.core.errors import CommandGarbled, ControllerRefused, NoReply, NotSent
-from gateway.core.lanes import Lane
+from gateway.core.exchange import Lane
 from gateway.core.line_state import LineState
 from gateway.core.move_record import MoveStatus
 from gateway.fics.errors import NotDone

@@ -3,15 +3,17 @@
 import asyncio
 from collections.abc import Iterator
 from random import Random
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from gateway.core.errors import Cancelled, Expired, GarbledReply, HeldUp, NoReply, StoppedFirst
-from gateway.core.lanes import Lane
+from gateway.core.exchange import Lane
 from gateway.fics.errors import NotProved
 from gateway.fics.exchange import ROBOT, SET_UP, FicsExchange, Outcome, Proof, RobotAnswered
-from gateway.fics.session import FENCES, FicsSession, offline_error
+from gateway.fics.session import FENCES, FicsSession, UploadState, offline_error
 from protocols.fics.alarms import TakeCurrentError
 from protocols.fics.inputs_outputs import SwitchOutput
 from protocols.fics.jog import StartJog, StopJog
@@ -28,8 +30,8 @@ from protocols.fics.row import FicsCommand
 from protocols.fics.speeds import GetSpeedPercent, SetSmoothAcceleration
 from protocols.fics.status import GetAxisStatus
 from protocols.fics.stops import StopAllDecelerating, StopAllImmediately
-from protocols.fics.system import GetCommunicationMode, GetSystemVersion
-from protocols.fics.variables import GetVariable
+from protocols.fics.system import GetCommunicationMode, GetSystemVersion, GetUnit
+from protocols.fics.variables import GetVariable, SetVariable
 from protocols.table import Reply
 from tests.virtual_time import VirtualLoop
 
@@ -67,7 +69,7 @@ class Bench:
     def write(self, now: float = 0.0) -> str:
         exchange = self.session.next(0.0, ready=True)
         assert exchange is not None
-        self.session.written(exchange, now, now + exchange.timeout_s)
+        self.session.written(exchange, now, now + exchange.reply.timeout_s)
         return exchange.frame.decode().rstrip("\r")
 
     def hear(self, *frames: QueryAnswer | Completion | FicsRefusal) -> None:
@@ -96,9 +98,9 @@ def test_equal_names_are_answered_in_the_order_they_were_written() -> None:
         it.submit(StopJog(axis=axis), Lane.STOP)
         assert it.write() == f"JOG {axis}"
     it.hear(Completion("JOG"))
-    assert [one.command for one in it.session._sent] == [StopJog(axis="Z")]
+    assert [one.command for one in it.session.sent] == [StopJog(axis="Z")]
     it.hear(FicsRefusal("JOG", "E07"))
-    assert it.session._sent == []
+    assert it.session.sent == []
 
 
 def test_no_answer_after_a_fence_is_credited_to_a_stop_before_it() -> None:
@@ -123,7 +125,7 @@ def test_a_decelerating_stop_is_answered_at_standstill_however_many_fences_pass(
     it.write()
     it.session.pass_deadlines(1.0, None)
     it.pass_fence()
-    assert [type(one.command) for one in it.session._sent] == [StopAllDecelerating]
+    assert [type(one.command) for one in it.session.sent] == [StopAllDecelerating]
 
 
 def test_between_equal_deeds_goes_a_fence_and_between_others_none() -> None:
@@ -316,7 +318,7 @@ def test_what_waits_can_be_taken_back_and_what_is_written_cannot() -> None:
     second = it.submit(MoveRelative(coordinates=[2.0]))
     assert {lane for lane in Lane if it.session.waiting(lane)} == {Lane.COMMAND}
     it.session.cancel(lambda it: it in (first, second), Expired(""))
-    assert [type(one.command) for one in it.session._sent] == [MoveRelative]
+    assert [type(one.command) for one in it.session.sent] == [MoveRelative]
     assert it.session.next(0.0, ready=True) is None
 
 
@@ -546,7 +548,7 @@ def test_a_late_refusal_of_a_fence_is_not_credited_to_the_query_in_doubt() -> No
     it.session.pass_deadlines(3.0, None)
     assert it.write(3.0) == "VER"
     it.hear(FicsRefusal("VAR", "E06"))  # to one of three
-    assert asked.late_answer is None
+    assert asked.reply.late is None
 
 
 def test_a_robot_that_only_refuses_fences_is_not_called_back() -> None:
@@ -556,7 +558,7 @@ def test_a_robot_that_only_refuses_fences_is_not_called_back() -> None:
     for _ in range(2):
         it.session.put_first(it.session.exchange(GetAxisStatus(), Lane.COMMAND, SET_UP))
         while (exchange := it.session.next(now, ready=False)) is not None:
-            it.session.written(exchange, now, now + exchange.timeout_s)
+            it.session.written(exchange, now, now + exchange.reply.timeout_s)
             now += 1.0
             if exchange.command.wire_name() in FENCES:
                 it.hear(FicsRefusal(exchange.command.wire_name(), "E01"))
@@ -588,7 +590,7 @@ def test_the_answer_to_a_motion_that_was_followed_by_another_is_not_awaited_any_
             it.hear(QueryAnswer("VAR", f"{text[4:]}=+1"))
             text = it.write()
         assert text == f"LMI {distance:g}"
-    assert [one.command for one in it.session._sent] == [MoveRelative(coordinates=[2.0])]
+    assert [one.command for one in it.session.sent] == [MoveRelative(coordinates=[2.0])]
 
 
 def test_a_robot_that_does_not_answer_is_told_with_its_remedy_in_both_languages() -> None:
@@ -599,3 +601,109 @@ def test_a_robot_that_does_not_answer_is_told_with_its_remedy_in_both_languages(
     )
     assert "応答がありません" in error.detail_ja
     assert "ケーブル" in error.remedy_ja
+
+
+BEGIN, POSITION, END = BeginPositionUpload(first=1), UploadPosition(coordinates=[1.0]), EndPositionUpload()
+COMMANDS = (BEGIN, POSITION, END, TakeCurrentError(), GetUnit(), GetSystemVersion())
+
+
+def opened() -> UploadState:
+    it = UploadState()
+    it.note_written(BEGIN, 1, silent=False)
+    return it
+
+
+def refusal(error: str) -> FicsRefusal:
+    return FicsRefusal("POF", error)
+
+
+def test_an_upload_is_open_from_the_frame_that_begins_it_until_its_end_is_taken() -> None:
+    it = UploadState()
+    assert not it.may_be_open
+    it.note_written(BEGIN, 1, silent=False)
+    assert it.is_open
+    it.note_outcome(POSITION, 2, RobotAnswered())
+    assert it.is_open
+    it.note_outcome(END, 3, RobotAnswered())
+    assert not it.may_be_open
+
+
+def test_an_end_in_mode_2_may_not_have_been_heard() -> None:
+    it = UploadState()
+    it.note_written(BEGIN, 1, silent=True)
+    it.note_written(END, 2, silent=True)
+    assert (it.is_open, it.may_be_open) == (False, True)
+    it.note_outcome(GetUnit(), 3, RobotAnswered())
+    assert not it.may_be_open
+
+
+@pytest.mark.parametrize(
+    ("command", "error", "is_open"),
+    [(BEGIN, "E03", True), (BEGIN, "E05", False), (END, "E03", True), (END, "E08", False)],
+)
+def test_a_refusal_of_its_beginning_or_its_end_tells_whether_it_is_open(
+    command: FicsCommand[Any], error: str, is_open: bool
+) -> None:
+    it = opened()
+    it.note_outcome(command, 2, refusal(error))
+    assert it.is_open is is_open
+
+
+def test_only_what_was_written_after_its_beginning_proves_its_end() -> None:
+    it = UploadState()
+    it.note_written(BEGIN, 5, silent=False)
+    it.note_outcome(GetUnit(), 4, RobotAnswered())
+    assert it.is_open
+    it.note_outcome(GetUnit(), 6, RobotAnswered())
+    assert not it.is_open
+
+
+@pytest.mark.parametrize(
+    ("command", "error", "doubtful"),
+    [
+        (SetVariable(number=1, value=2.0), "E03", True),
+        (SetVariable(number=1, value=2.0), "E01", False),
+        (POSITION, "E03", False),
+        (GetUnit(), "E03", False),  # the teaching terminal explains it
+    ],
+)
+def test_a_refusal_that_nothing_else_explains_is_that_of_an_upload(
+    command: FicsCommand[Any], error: str, doubtful: bool
+) -> None:
+    it = UploadState()
+    assert it.note_outcome(command, 1, refusal(error)) is doubtful
+    assert it.is_open is doubtful
+
+
+def test_a_fence_in_doubt_is_preceded_by_the_end_of_an_upload_at_each_try() -> None:
+    it = opened()
+    it.begin_fence(in_doubt=True)
+    assert [it.must_end_before(n, mode=3) for n in (0, 0, 1, 1, 2)] == [True, False, True, False, True]
+
+
+@pytest.mark.parametrize(("mode", "tries"), [(3, [False, False]), (2, [False, True])])
+def test_a_fence_without_a_doubt_ends_no_upload_before_it_fails(mode: int, tries: list[bool]) -> None:
+    it = UploadState()
+    it.begin_fence(in_doubt=False)
+    assert [it.must_end_before(n, mode) for n in (0, 1)] == tries
+
+
+def test_a_fence_ends_a_known_upload_in_any_case() -> None:
+    it = opened()
+    it.begin_fence(in_doubt=False)
+    assert it.must_end_before(0, mode=3)
+
+
+@given(
+    st.lists(st.tuples(st.sampled_from(COMMANDS), st.booleans(), st.sampled_from(["", "E01", "E03", "E08"])))
+)
+def test_after_the_end_was_taken_no_upload_is_open(
+    deeds: list[tuple[FicsCommand[Any], bool, str]],
+) -> None:
+    it = UploadState()
+    for number, (command, silent, error) in enumerate(deeds, 1):
+        it.note_written(command, number, silent=silent)
+        it.note_outcome(command, number, refusal(error) if error else RobotAnswered())
+        assert it.may_be_open or not it.is_open
+    it.note_outcome(END, len(deeds) + 1, RobotAnswered())
+    assert not it.may_be_open

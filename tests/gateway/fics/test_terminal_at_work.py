@@ -6,8 +6,8 @@ from typing import Any
 import pytest
 
 from gateway.core.errors import ControllerRefused
+from gateway.core.exchange import Lane
 from gateway.core.jogs import START_WITHIN_S
-from gateway.core.lanes import Lane
 from gateway.fics.session import QUICK_S
 from gateway.fics.watch import HEALTH_POLL_S
 from protocols.fics.moves import MoveRelative
@@ -97,11 +97,11 @@ async def test_when_the_terminal_has_done_questions_have_their_time_again() -> N
         rig.touch(lambda fics, _: setattr(fics, "terminal", MotionMode.MACRO))
         with pytest.raises(ControllerRefused):
             await rig.robot.ask(GetSpeedPercent())
-        assert line.exchange(GetSpeedPercent(), Lane.READ).timeout_s == QUICK_S
-        assert line.exchange(GetAxisStatus(), Lane.READ).timeout_s == line.reply_timeout_s
+        assert line.exchange(GetSpeedPercent(), Lane.READ).reply.timeout_s == QUICK_S
+        assert line.exchange(GetAxisStatus(), Lane.READ).reply.timeout_s == line.reply_timeout_s
         rig.touch(lambda fics, _: setattr(fics, "terminal", None))
         await rig.robot.ask(GetSpeedPercent())
-        assert line.exchange(GetSpeedPercent(), Lane.READ).timeout_s == line.reply_timeout_s
+        assert line.exchange(GetSpeedPercent(), Lane.READ).reply.timeout_s == line.reply_timeout_s
 
 
 @pytest.mark.parametrize("mode", [2, 3])

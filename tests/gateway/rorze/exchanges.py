@@ -3,9 +3,9 @@
 import asyncio
 from typing import Any
 
-from gateway.core.lanes import Lane
-from gateway.rorze.exchange import Outcome, RorzeExchange
+from gateway.core.exchange import Lane
 from gateway.rorze.line import lane_of
+from gateway.rorze.session import Outcome, RorzeExchange
 from protocols.rorze.link import encode
 from protocols.rorze.row import RorzeCommand
 

@@ -8,7 +8,7 @@ from datetime import UTC, datetime
 import pytest
 
 from gateway.core.errors import BodyBusy, BodyOffline, ControllerRefused, NoReply
-from gateway.core.lanes import Lane
+from gateway.core.exchange import Lane
 from gateway.core.move_record import Move
 from gateway.rorze.bodies import Body, Group
 from gateway.rorze.knowledge import MotorState

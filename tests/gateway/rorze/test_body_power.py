@@ -8,7 +8,7 @@ from contextlib import asynccontextmanager
 import pytest
 
 from gateway.core.errors import BodyBusy, PowerCycled
-from gateway.core.lanes import Lane
+from gateway.core.exchange import Lane
 from gateway.core.move_record import MoveStatus
 from gateway.rorze.power import PROOF_HOLDS_S
 from gateway.rorze.probes import MARK_POLL_S

@@ -4,9 +4,9 @@ from types import MappingProxyType
 import pytest
 
 from gateway.core.errors import NoReply
-from gateway.core.lanes import Lane
+from gateway.core.exchange import Lane
 from gateway.core.scheduler import is_abandoned
-from gateway.rorze.exchange import Answered
+from gateway.rorze.session import Answered
 from protocols.rorze.link import Answer, GroupAnswer, Refusal
 from protocols.rorze.moves import MoveClockwise
 from protocols.rorze.notation import PositionReference

@@ -7,9 +7,9 @@ from contextlib import asynccontextmanager, suppress
 import pytest
 
 from gateway.core.errors import Expired, PortNotOpen
-from gateway.core.lanes import Lane
+from gateway.core.exchange import Lane
 from gateway.core.move_record import LOST_AFTER_S, MoveStatus
-from gateway.core.silence import OUT_OF_REACH_S
+from gateway.core.move_runs import OUT_OF_REACH_S
 from gateway.rorze.bodies import Body
 from gateway.rorze.knowledge import MotorState
 from protocols.rorze.moves import MoveClockwise, MoveClockwiseSlowly

@@ -18,13 +18,12 @@ from gateway.core.errors import (
     PortNotOpen,
     QueueFull,
 )
+from gateway.core.exchange import QUEUE_LIMIT, Lane
 from gateway.core.fence import FENCE_TRIES
-from gateway.core.lanes import QUEUE_LIMIT, Lane
 from gateway.core.line import ORDER_TOLD_S, REOPEN_S, SILENCE_S
 from gateway.core.scheduler import TURN_S, Scheduler
-from gateway.rorze.exchange import Answered, Outcome, RorzeExchange
 from gateway.rorze.line import WRITTEN_WITHIN_S, Line, LineState, lane_of
-from gateway.rorze.session import READ_REPEATS, STRICT_S
+from gateway.rorze.session import READ_REPEATS, STRICT_S, Answered, Outcome, RorzeExchange
 from protocols.rorze.link import Frame, MoveEnded, Refusal, StatusChanged, UnknownMessage
 from protocols.rorze.link_master import SetGroup
 from protocols.rorze.moves import MoveClockwise, MoveCounterclockwise, MoveTo
@@ -1054,7 +1053,9 @@ async def test_a_guard_that_refuses_fences_does_not_hang_the_line() -> None:
     far = FarEnd()
     async with running_line(far) as line:
         line.gate.add(
-            lambda exchange, _: NoReply("No fence, by this rule.") if exchange.self_identifying else None
+            lambda exchange, _: (
+                NoReply("No fence, by this rule.") if exchange.reply.self_identifying else None
+            )
         )
         far.once(MOVE_FRAME)
         assert isinstance(await ask(line, MOVE), NoReply)
@@ -1147,7 +1148,7 @@ async def test_what_a_motor_waits_for_is_never_too_late() -> None:
     async with running_line(far, interject_stops=False) as line:
         far.once("&036PD", (WRITTEN_WITHIN_S + 1.0, ">&036PD+000000001"))
         long = line.submit(3, READ, Lane.VERIFY)
-        line._session._sent.first.deadline = None  # type: ignore[union-attr]  # as long as it takes
+        line._session.sent.first.reply.deadline = None  # type: ignore[union-attr]  # as long as it takes
         waiting = [ask(line, StopImmediately()), line.submit(2, READ, Lane.VERIFY)]
         assert all(isinstance(it, Answered) for it in await asyncio.gather(long, *waiting))
 

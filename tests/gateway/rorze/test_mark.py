@@ -5,7 +5,7 @@ import asyncio
 import pytest
 
 from gateway.core.errors import NotSent
-from gateway.core.lanes import Lane
+from gateway.core.exchange import Lane
 from gateway.rorze.asked_body import is_mark
 from protocols.rorze.notation import PositionReference
 from protocols.rorze.position_table import GetPositionEntry

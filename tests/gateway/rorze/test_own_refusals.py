@@ -6,7 +6,7 @@ from typing import Any
 import pytest
 
 from gateway.core.errors import ControllerRefused, InvalidRequest
-from gateway.core.lanes import Lane
+from gateway.core.exchange import Lane
 from gateway.core.operation import Run
 from gateway.door.calls import carry_out
 from gateway.rorze import curves, patterns, settings

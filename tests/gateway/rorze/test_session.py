@@ -15,9 +15,8 @@ from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, pr
 from pydantic import ValidationError
 
 from gateway.core.errors import BodyOffline, Cancelled, Expired, GarbledReply, HeldUp, NoReply
+from gateway.core.exchange import Lane
 from gateway.core.fence import FENCE_TRIES
-from gateway.core.lanes import Lane
-from gateway.rorze.exchange import Answered, Outcome, ReplyFrame, RorzeExchange
 from gateway.rorze.line import lane_of
 from gateway.rorze.session import (
     CLEAN_AFTER_S,
@@ -25,6 +24,10 @@ from gateway.rorze.session import (
     READ_REPEATS,
     REPLIES_REMEMBERED,
     STRICT_S,
+    Answered,
+    Outcome,
+    ReplyFrame,
+    RorzeExchange,
     RorzeSession,
 )
 from protocols.rorze import commands as table
@@ -99,9 +102,9 @@ class Bench:
         exchange = self.session.next(self.now, ready=ready)
         if exchange is None:
             return ""
-        self.session.written(exchange, self.now, self.now + exchange.timeout_s)
+        self.session.written(exchange, self.now, self.now + exchange.reply.timeout_s)
         self.last = exchange
-        fence = "fence " if exchange.self_identifying else ""
+        fence = "fence " if exchange.reply.self_identifying else ""
         return f"{fence}{exchange.body:02X} {exchange.command.code}"
 
     def hear(self, frame: ReplyFrame) -> bool:
@@ -117,7 +120,7 @@ class Bench:
 
     def fall_silent(self) -> None:
         """Let the reply to what was written last stay away."""
-        self.now += self.last.timeout_s
+        self.now += self.last.reply.timeout_s
         self.session.pass_deadlines(self.now, None)
 
 
@@ -189,7 +192,7 @@ def test_no_fence_is_spent_on_an_equal_command_that_is_too_late(it: Bench) -> No
 def test_a_command_that_takes_time_gets_twice_as_much(it: Bench) -> None:
     it.ask(SaveSettings())
     it.next()
-    assert it.last.timeout_s == it.session.reply_timeout_s + 2 * SaveSettings.takes_s
+    assert it.last.reply.timeout_s == it.session.terms.reply_timeout_s + 2 * SaveSettings.takes_s
 
 
 def test_the_numbers_of_fences_take_turns_through_all_there_are(it: Bench) -> None:
@@ -205,7 +208,7 @@ def test_a_reply_that_has_begun_is_waited_for_but_no_longer_than_a_late_one(it: 
     future = it.ask(MOVE)
     it.now = 1.0
     it.next()
-    given_up_at = it.now + it.session.reply_timeout_s + it.session.late_reply_s
+    given_up_at = it.now + it.session.terms.reply_timeout_s + it.session.terms.late_reply_s
     it.session.pass_deadlines(1.5, 1.6)
     assert it.session.deadline() == 1.6
     it.session.pass_deadlines(1.6, 100.0)
@@ -466,7 +469,7 @@ def test_nobody_waits_for_what_a_silent_body_answers_to_a_stop(it: Bench) -> Non
 
 
 def test_a_link_that_takes_one_frame_at_a_time_waits_for_a_silent_body_too(it: Bench) -> None:
-    it.session._terms = it.session._terms._replace(interject_stops=False)
+    it.session.terms = it.session.terms._replace(interject_stops=False)
     it.session.offline.add(2)
     it.ask(STOP)
     it.ask(READ, 3)
@@ -780,7 +783,7 @@ def test_a_copy_that_would_be_later_than_any_reply_is_not_reckoned_with(it: Benc
         it.ask(MOVE)
         it.next()
         it.answer()
-        it.now = it.session.reply_timeout_s + it.session.late_reply_s + seconds
+        it.now = it.session.terms.reply_timeout_s + it.session.terms.late_reply_s + seconds
         it.ask(MOVE)
         assert it.next() == expected
 
@@ -1059,7 +1062,7 @@ def test_a_frame_written_at_time_zero_is_given_up_in_time(it: Bench) -> None:
     it.next()
     it.session.pass_deadlines(0.5, 0.6)
     it.session.pass_deadlines(0.6, 100.0)
-    assert it.session.deadline() == it.session.reply_timeout_s + it.session.late_reply_s
+    assert it.session.deadline() == it.session.terms.reply_timeout_s + it.session.terms.late_reply_s
 
 
 class AnySession(RuleBasedStateMachine):
@@ -1112,7 +1115,7 @@ class AnySession(RuleBasedStateMachine):
         while self.wire and self.wire[0].written_at + LATEST_S <= self.now:
             self._deliver()
         self.session.pass_deadlines(self.now, None)
-        if self.awaited is not None and (self.awaited.deadline or 0.0) <= self.now:
+        if self.awaited is not None and (self.awaited.reply.deadline or 0.0) <= self.now:
             self.awaited = None
         self._pump(fate)
 
@@ -1144,12 +1147,14 @@ class AnySession(RuleBasedStateMachine):
         while (exchange := self.session.next(self.now, ready=True)) is not None:
             if exchange.lane is not Lane.STOP:
                 assert self.awaited is None, "two exchanges await their replies"
-                assert self.session.in_step or exchange.self_identifying, "sent before the fence has passed"
+                assert self.session.in_step or exchange.reply.self_identifying, (
+                    "sent before the fence has passed"
+                )
                 self.awaited = exchange
             if exchange.command is MOVE:
                 assert exchange not in self.moves_written, "a move is written twice"
                 self.moves_written.add(exchange)
-            self.session.written(exchange, self.now, self.now + exchange.timeout_s)
+            self.session.written(exchange, self.now, self.now + exchange.reply.timeout_s)
             copies = {"lost": 0, "doubled": 2 if exchange.command is MOVE else 1}.get(fate, 1)
             self.wire.extend([Said(self._reply(exchange), exchange, self.now)] * copies)
             self.owners.append(list(exchange.waiters))
@@ -1172,7 +1177,7 @@ class AnySession(RuleBasedStateMachine):
             self._doubt()
 
     def _doubt(self) -> None:
-        if self.awaited is not None and not self.awaited.self_identifying:
+        if self.awaited is not None and not self.awaited.reply.self_identifying:
             self.awaited = None
 
 

@@ -4,9 +4,9 @@ import asyncio
 
 import pytest
 
+from gateway.core.admission import DOUBT_S, SUSPENDED_S
 from gateway.core.errors import GatewayError, HeldUp
 from gateway.core.jogs import JogOver
-from gateway.core.loop_watch import DOUBT_S, SUSPENDED_S
 from gateway.core.move_record import MoveStatus
 from gateway.fics.errors import UploadBrokenOff
 from gateway.rorze.knowledge import MotorState
@@ -34,8 +34,8 @@ class Lid:
     def __init__(self, plant: TestedPlant) -> None:
         self._loop = asyncio.get_running_loop()
         self._closed_s = 0.0
-        plant.watch._clock = lambda: self._loop.time() + self._closed_s
-        plant.watch.start()
+        plant.admission.watch._clock = lambda: self._loop.time() + self._closed_s
+        plant.admission.watch.start()
 
     def close_for(self, seconds: float = A_WHILE_S) -> None:
         self._closed_s += seconds

@@ -17,8 +17,8 @@ from gateway.core.errors import (
     NotSent,
     PowerCycled,
 )
+from gateway.core.exchange import Lane
 from gateway.core.journal.intents import Intents
-from gateway.core.lanes import Lane
 from gateway.core.move_record import MoveStatus
 from gateway.core.origin import Origin
 from gateway.core.stops import CONFIRM_WITHIN_S

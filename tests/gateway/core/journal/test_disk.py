@@ -9,8 +9,8 @@ from pathlib import Path
 import pytest
 
 from gateway.core.journal import schema, writes
-from gateway.core.journal.beginning import OpenIntent, begin
 from gateway.core.journal.disk import DiskFailed, InUse, NotWritable, SqliteDisk, fault
+from gateway.core.journal.opening import OpenIntent, begin
 from gateway.core.journal.schema import TooNew
 from tests.gateway.core.journal.full_disk import no_room_beyond
 

@@ -7,10 +7,10 @@ from pathlib import Path
 
 import pytest
 
-from gateway.core.journal import files, retention, writes
+from gateway.core.journal import files, writes
 from gateway.core.journal.disk import NotWritable, SqliteDisk
-from gateway.core.journal.retention import DAY_S, SLICE, Retention
 from gateway.core.journal.schema import VERSION
+from gateway.core.journal.writes import DAY_S, SLICE, Retention
 from tests.gateway.core.journal.full_disk import no_room_beyond
 from tests.gateway.core.journal.old_files import file_of
 
@@ -91,7 +91,7 @@ def test_of_a_file_that_is_too_large_answers_and_stops_pay_before_other_deeds(tm
     keys = [f"k{number}" for number in range(1000)]
     disk.commit([writes.key_used("v POST /x", key, "d", 1.0) for key in keys], durable=True)
     disk.commit([writes.key_answered("v POST /x", key, 200, None, "x" * 4000) for key in keys], durable=True)
-    disk.commit([writes.meta(writes.RAN_S, str(retention.REPEATED_S))], durable=True)
+    disk.commit([writes.meta(writes.RAN_S, str(writes.REPEATED_S))], durable=True)
     disk.close()
 
     def left() -> tuple[int, list[str]]:

@@ -8,12 +8,12 @@ from typing import Any
 import pytest
 
 from gateway.core.errors import Cancelled, GatewayError, NoReply, PortNotOpen, QueueFull
+from gateway.core.exchange import QUEUE_LIMIT, Lane
 from gateway.core.journal.intents import GATHERED_WITHIN_S, Intents
 from gateway.core.journal.journal import JournalUnavailable
-from gateway.core.lanes import QUEUE_LIMIT, Lane
 from gateway.core.origin import POLL, Origin, acting
-from gateway.rorze.exchange import Outcome
 from gateway.rorze.line import Line
+from gateway.rorze.session import Outcome
 from protocols.rorze.moves import MoveClockwise
 from protocols.rorze.position import GetPosition
 from protocols.rorze.row import RorzeCommand

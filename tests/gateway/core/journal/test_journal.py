@@ -17,8 +17,7 @@ from gateway.core.journal import writes
 from gateway.core.journal.disk import Disk, DiskFailed, NotWritable, SqliteDisk
 from gateway.core.journal.journal import NOTED_WITHIN_S, Journal, JournalUnavailable
 from gateway.core.journal.opening import open_journal
-from gateway.core.journal.retention import Retention
-from gateway.core.journal.writes import Value, Write
+from gateway.core.journal.writes import Retention, Value, Write
 
 pytestmark = pytest.mark.anyio
 

@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 
 from gateway.core.journal import schema
-from gateway.core.journal.beginning import begin
 from gateway.core.journal.disk import SqliteDisk
+from gateway.core.journal.opening import begin
 from gateway.core.journal.schema import MIGRATIONS, VERSION, migrate
 from tests.gateway.core.journal.old_files import file_of
 

@@ -4,7 +4,7 @@ import asyncio
 
 import pytest
 
-from gateway.core.waiting import happens, together
+from gateway.core.times import happens, together
 from tests.gateway.rorze.far_end import virtual
 
 

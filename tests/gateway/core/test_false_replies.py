@@ -3,7 +3,7 @@
 from dataclasses import dataclass, field
 from typing import Any
 
-from gateway.core.echo import ECHOES, UNDER_WAY, Echo
+from gateway.core.false_replies import ECHOES, UNDER_WAY, Echo
 
 
 @dataclass(eq=False)
