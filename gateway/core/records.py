@@ -32,10 +32,16 @@ def request_id_field(which: str = "the request that asked for it") -> Any:
     return Field(default_factory=lambda: current().request_id, description=f"The X-Request-Id of {which}.")
 
 
-class Record(BaseModel):
+class AnswerModel(BaseModel):
+    """Data that the gateway tells; what writes it is made when it is first told."""
+
+    model_config = ConfigDict(defer_build=True)
+
+
+class Record(AnswerModel):
     """Something the gateway tells: every member is always there, be it null."""
 
-    model_config = ConfigDict(extra="forbid", defer_build=True, json_schema_extra=_all_required)
+    model_config = ConfigDict(extra="forbid", json_schema_extra=_all_required)
 
 
 class RequestModel(BaseModel):
