@@ -22,7 +22,6 @@ from api.front import documents
 from api.walker import Walker
 from gateway.door.admission import Credentials
 from gateway.door.keys import Keys
-from gateway.door.metrics import metrics_of
 from gateway.door.opening import Plant
 from gateway.door.remedies import calls_for
 from gateway.door.system import VERSION
@@ -37,8 +36,7 @@ class Application(Starlette):
         super().__init__(routes=[rows, *streams.SOCKETS])
         self.plant, self.rows = plant, rows
         self.access = Access(plant)
-        self.state.traffic = traffic = Traffic()
-        self.state.metrics = metrics_of(plant, traffic)
+        self.traffic = Traffic()
         self.router.redirect_slashes = False
         self.router.default = _nowhere
 
@@ -55,7 +53,7 @@ class Application(Starlette):
             for_pages=open_to(origins) if origins else None,
             idempotent=partial(IdempotentRequests, keys, self.access, self.rows) if keys else None,
         )
-        stack = RequestIds(entrance, self.state.traffic)
+        stack = RequestIds(entrance, self.traffic)
         return Proxies(stack, server) if Proxies.concern(server) else stack
 
     def openapi(self) -> dict[str, Any]:

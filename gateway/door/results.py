@@ -45,6 +45,7 @@ _REPORTS: Final[dict[str, Any]] = {
 }
 StopResult: Any = create_model(
     "StopResult",
+    __base__=AnswerModel,
     __doc__="Progress of the stop, after two seconds at most.",
     confirmed=(bool, _CONFIRMED),
     **_REPORTS,
