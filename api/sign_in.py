@@ -7,14 +7,14 @@ from html import escape
 from typing import Final
 from urllib.parse import parse_qs, quote
 
-from fastapi import Request, Response
-from starlette.responses import HTMLResponse, JSONResponse, RedirectResponse
+from starlette.requests import Request
+from starlette.responses import HTMLResponse, JSONResponse, RedirectResponse, Response
 
 from api.common.access import is_secure, session_cookie
+from api.common.calling import read_body
 from api.common.problems import SIGN_IN, wants_japanese
 from api.common.requests import access_of, plant_of
 from api.common.routes import PageRoute
-from api.common.strict_json import read_body
 from gateway.door.admission import PENDANT_S, Grant
 from gateway.door.problems import words_of_page
 from gateway.door.table import Right

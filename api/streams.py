@@ -2,41 +2,36 @@
 
 import asyncio
 import re
-from collections.abc import AsyncIterator, Sequence
+from collections.abc import AsyncIterator, Awaitable, Callable, Mapping, Sequence
 from math import nan
-from typing import Annotated, Final
+from typing import Final
 
-from fastapi import Header, Query, Request, Response, WebSocket
 from starlette.datastructures import QueryParams
-from starlette.responses import StreamingResponse
+from starlette.requests import Request
+from starlette.responses import Response, StreamingResponse
+from starlette.websockets import WebSocket
 
-from api.common.requests import new_router, plant_of
+from api.common.calling import require_known
+from api.common.requests import plant_of
+from api.common.routes import SocketRoute
 from api.common.sockets import CLOSE_GOING_AWAY, CLOSE_SLOW_CONSUMER, refuse, tell
-from api.common.strict_json import require_known
 from api.front.websocket_protocol import EVENTS, SINGLY, TOGETHER
 from gateway.door import traces
 from gateway.door.calls import aside
 from gateway.door.events import (
     FASTEST_HZ,
     SLOWEST_HZ,
-    After,
-    Bodies,
     Event,
-    Sample,
     SlowConsumer,
-    Snapshot,
     Subscription,
-    Types,
     addresses_of,
     types_of,
 )
-from gateway.door.names import LineId
 from gateway.door.problems import GatewayError, InvalidRequest
 from gateway.door.table import Right
-from gateway.door.traces import MAX_TRACE_ENTRIES, TracedBodies, TracedRequest, split
+from gateway.door.traces import MAX_TRACE_ENTRIES, split
 
-router = new_router("events")
-
+LAST_EVENT_ID: Final = "last-event-id"
 _FLAGS: Final = {"true": True, "1": True, "false": False, "0": False}
 
 SUBPROTOCOLS = (TOGETHER, SINGLY)
@@ -45,26 +40,24 @@ KEEP_ALIVE_S = 15.0
 """A silent stream of server-sent events carries a comment this often, so that dead clients are noticed."""
 
 
-# A stream has no end, which the schema of a response cannot say: it stays out of the OpenAPI document.
-@router.get("/events/stream", Right.VIEW, include_in_schema=False)
 async def stream_events(
     request: Request,
-    after: After = None,
-    bodies: Bodies = None,
-    types: Types = None,
-    sample: Sample = None,
-    snapshot: Snapshot = False,
-    last_event_id: Annotated[str | None, Header()] = None,
+    after: str | None,
+    bodies: str | None,
+    types: str | None,
+    sample: float | None,
+    snapshot: bool,
 ) -> Response:
     """Send events as they happen (text/event-stream); a browser resumes with Last-Event-ID."""
     plant = plant_of(request)
     wanted = addresses_of(plant, bodies), types_of(types)
-    events = plant.events.subscribe(last_event_id or after, *wanted, sample, snapshot=snapshot)
-    return StreamingResponse(
-        _server_sent(events),
-        media_type="text/event-stream",
-        headers={"Cache-Control": "no-cache", "X-Accel-Buffering": "no"},
-    )
+    begin = request.headers.get(LAST_EVENT_ID) or after
+    return _sent(_server_sent(plant.events.subscribe(begin, *wanted, sample, snapshot=snapshot)))
+
+
+def _sent(stream: AsyncIterator[bytes]) -> Response:
+    headers = {"Cache-Control": "no-cache", "X-Accel-Buffering": "no"}
+    return StreamingResponse(stream, media_type="text/event-stream", headers=headers)
 
 
 async def _server_sent(events: Subscription) -> AsyncIterator[bytes]:
@@ -90,7 +83,6 @@ def _frames(events: Sequence[Event]) -> bytes:
     ).encode()
 
 
-@router.websocket("/events", Right.VIEW)
 async def follow_events(websocket: WebSocket) -> None:
     """Send events as they happen, in a text frame each or in one; what the client sends is not read."""
     plant = plant_of(websocket)
@@ -135,14 +127,8 @@ def _rate(text: str | None) -> float | None:
     return rate
 
 
-@router.get("/lines/{line_id}/trace/stream", Right.VIEW, include_in_schema=False)
 async def follow_trace(
-    request: Request,
-    line_id: LineId,
-    bodies: TracedBodies = None,
-    request_id: TracedRequest = None,
-    last: Annotated[int, Query(ge=0, le=MAX_TRACE_ENTRIES)] = 0,
-    last_event_id: Annotated[str | None, Header(pattern="^[0-9]{1,18}$")] = None,
+    request: Request, line_id: str, bodies: str | None, request_id: str | None, last: int
 ) -> Response:
     """Send the line's records as they come (text/event-stream), after the `last` that there are.
 
@@ -150,12 +136,8 @@ async def follow_trace(
     """
     plant = plant_of(request)
     passing = traces.filter_of(plant, line_id, split(bodies), request_id)
-    after = None if last_event_id is None else int(last_event_id)
-    return StreamingResponse(
-        _trace_sent(traces.follow(plant, line_id, passing, after, last)),
-        media_type="text/event-stream",
-        headers={"Cache-Control": "no-cache", "X-Accel-Buffering": "no"},
-    )
+    after = _whole(request.headers, LAST_EVENT_ID)
+    return _sent(_trace_sent(traces.follow(plant, line_id, passing, after, last)))
 
 
 async def _trace_sent(news: AsyncIterator[traces.News | None]) -> AsyncIterator[bytes]:
@@ -177,7 +159,6 @@ def _trace_frames(news: traces.News) -> bytes:
     return f"{gap}{data}id: {news.number}\n\n".encode()
 
 
-@router.websocket("/lines/{line_id}/trace/stream", Right.VIEW)
 async def follow_trace_by_socket(websocket: WebSocket) -> None:
     """Send the line's records as they come, hundreds in one text frame, with how many were missed."""
     plant, query, line_id = plant_of(websocket), websocket.query_params, websocket.path_params["line_id"]
@@ -215,7 +196,7 @@ def _flag(query: QueryParams, name: str) -> bool:
     return _FLAGS[text]
 
 
-def _whole(query: QueryParams, name: str) -> int | None:
+def _whole(query: Mapping[str, str], name: str) -> int | None:
     """Read a whole number from 0.
 
     :raises InvalidRequest: it is none.
@@ -226,3 +207,14 @@ def _whole(query: QueryParams, name: str) -> int | None:
     if not re.fullmatch("[0-9]{1,18}", text):
         raise InvalidRequest(f"{name}: {text!r} is no whole number from 0.", "Give one, or leave it out.")
     return int(text)
+
+
+ANSWERS: Final[Mapping[str, Callable[..., Awaitable[Response]]]] = {
+    "streamEvents": stream_events,
+    "followTrace": follow_trace,
+}
+"""The functions that answer, by the operations' names."""
+SOCKETS: Final = (
+    SocketRoute("/events", follow_events, right=Right.VIEW),
+    SocketRoute("/lines/{line_id}/trace/stream", follow_trace_by_socket, right=Right.VIEW),
+)

@@ -1,163 +1,156 @@
-"""Routes made of the rows of the door: this module alone knows how an operation looks over HTTP."""
+"""The one route of all operations: a request is led to its row of the door, and answered as the row says."""
 
-from collections.abc import Callable, Coroutine, Iterable, Iterator, Mapping
-from functools import cache, partial
-from inspect import Parameter, Signature
-from typing import Annotated, Any
+from collections import defaultdict
+from collections.abc import Iterable, Mapping, Sequence
+from functools import cache, cached_property, lru_cache
+from typing import Any, Final
 
-from fastapi import Body, Request, Response
-from pydantic import BaseModel
+from starlette.exceptions import HTTPException
+from starlette.requests import Request
+from starlette.responses import Response
+from starlette.routing import BaseRoute, Match
+from starlette.types import Receive, Scope, Send
 
-from api.common import plain_text
-from api.common.declared import answers, heeded, shown
-from api.common.etags import header_of, matching
+from api import by_hand, streams
+from api.common.calling import Call
+from api.common.etags import matching
 from api.common.idempotency import has_key
-from api.common.requests import (
-    JsonResponse,
-    begun_response,
-    content_response,
-    json_response,
-    plant_of,
-    wait_headers,
-    wait_s,
-)
-from api.common.results import render
-from api.common.routes import HttpRoute, Router
-from api.common.strict_json import StrictRequest, StrictRoute
+from api.common.problems import path_of
+from api.common.requests import plant_of, wait_s
+from api.common.responses import response_of
+from api.common.routes import Guarded
 from gateway.door.calls import carry_out
 from gateway.door.documents import expectation
-from gateway.door.names import NAMES
-from gateway.door.results import Result
-from gateway.door.table import Effect, Operation, PlainText, Written, names_in
+from gateway.door.table import Operation, Right
 
-WAIT = "wait"
-Endpoint = Callable[..., Coroutine[Any, Any, Response]]
-
-
-def routes(operations: Iterable[Operation], by_hand: Iterable[HttpRoute]) -> Iterator[HttpRoute]:
-    """Give the route of each row, in the order of the documents: made here, if not written by hand."""
-    written = {(method, route.path): route for route in by_hand for method in route.methods or ()}
-    for operation in operations:
-        yield written.get((operation.verb, operation.path)) or route_of(operation)
+KNOWN_PATHS: Final = 1024
+"""Paths that were asked for of late, by clients who ask the same again and again."""
+LONGEST_KNOWN: Final = 100
+"""Characters of a path; longer ones are rare, and would take memory."""
+WAIT: Final = "wait"
+_ANY: Final = ""
+"""Stands for a last word that is a parameter."""
+_BY_HAND: Final = {**by_hand.ANSWERS, **streams.ANSWERS}
 
 
-@cache
-def route_of(operation: Operation) -> HttpRoute:
-    """Make the route of a row, once for all applications: it knows no plant."""
-    return Router(operation.tag, _taking(operation.most_bytes, keyed=operation.keyed)).add(
-        operation.verb,
-        operation.path,
-        operation.right,
-        _endpoint(operation),
-        any_scope=operation.any_scope,
-        include_in_schema=operation.documented,
-        told=partial(_told, operation),
-    )
+class ServedRow(Guarded):
+    """A row of the door, as HTTP serves it."""
 
+    def __init__(self, operation: Operation) -> None:
+        super().__init__(right=operation.right, any_scope=operation.any_scope)
+        self.operation, self.path, self.methods = operation, operation.path, {operation.verb}
+        self.words = operation.path.split("/")
+        self._named = [(at, word[1:-1]) for at, word in enumerate(self.words) if word.startswith("{")]
+        self._fixed = [(at, word) for at, word in enumerate(self.words) if not word.startswith("{")]
 
-def _told(operation: Operation) -> dict[str, Any]:
-    """Describe an operation for the OpenAPI document."""
-    return {
-        "operation_id": operation.name,
-        "summary": operation.title,
-        "description": operation.description,
-        "openapi_extra": {**shown(operation), **heeded(operation), **_effect(operation)},
-        **answers(operation),
-    }
+    @property
+    def is_by_hand(self) -> bool:
+        """True if a function of its own answers it."""
+        return self.operation.name in _BY_HAND
 
+    @cached_property
+    def call(self) -> Call:
+        """The parts of a request that it takes."""
+        return Call(self.operation)
 
-def _effect(operation: Operation) -> dict[str, Any]:
-    """Mark what can move a motor: of what the right `operate` is for, it is what must not come late."""
-    return {"x-effect": operation.effect.value} if operation.effect is Effect.MOTION else {}
+    def params_in(self, words: Sequence[str]) -> dict[str, str] | None:
+        """The parameters in the words of a path; None where the path is another's."""
+        if len(words) != len(self.words):
+            return None
+        for at, word in self._fixed:
+            if words[at] != word:
+                return None
+        params = {name: words[at] for at, name in self._named}
+        return params if all(params.values()) else None
 
+    async def answer(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Do what is asked for, and tell what has come of it."""
+        request = Request(scope, receive)
+        values = await self.call.read(request)
+        answer = _BY_HAND.get(self.operation.name)
+        response = await (answer(request, **values) if answer else self._carry_out(request, values))
+        await response(scope, receive, send)
 
-@cache
-def _taking(most_bytes: int | None, *, keyed: bool) -> type[StrictRoute]:
-    """Routes that take longer requests than others, or look at keys when they have read their requests."""
-    told: dict[str, Any] = {"refuses_keys": False} if keyed else {}
-    if most_bytes is not None:
-        told["request_class"] = type("LongRequest", (StrictRequest,), {"most": most_bytes})
-    return type("RowRoute", (StrictRoute,), told) if told else StrictRoute
-
-
-def _endpoint(operation: Operation) -> Endpoint:
-    """Make what answers a request: it asks the door, and puts the result into a response."""
-    reads_itself = operation.request_name is not None and (operation.plain or operation.media)
-
-    async def answer(request: Request, **values: Any) -> Response:
-        waited_s = 0.0
+    async def _carry_out(self, request: Request, values: dict[str, Any]) -> Response:
+        operation, waited_s, expects = self.operation, 0.0, None
         if WAIT in operation.parameters:
-            waited_s = values[WAIT] = wait_s(request, values.get(WAIT))
-        if reads_itself:
-            values[operation.request_name or ""] = await plain_text.read(request, operation)
-        expects = None
+            waited_s = values[WAIT] = wait_s(request, values[WAIT])
         if operation.expects:
             expects = expectation(values.get(operation.request_name or ""), matching(request))
         keyed = operation.keyed and has_key(request.scope)
         result = await carry_out(plant_of(request), operation, values, expects, keyed=keyed)
-        return _response(request, operation, result, waited_s)
+        return response_of(request, operation, result, waited_s)
 
-    return taking(answer, _signature(operation, reads_itself=bool(reads_itself)))
-
-
-def _signature(operation: Operation, *, reads_itself: bool) -> dict[str, Any]:
-    """The parameters of path, request and query, in the order in which the document has them."""
-    taken: dict[str, Any] = {name: NAMES.get(name, str) for name in names_in(operation.path)}
-    taken |= operation.parameters
-    if operation.request_name is not None and not reads_itself:
-        model = operation.request
-        body = Annotated[model, Body(default_factory=model)] if operation.request_optional else model
-        taken[operation.request_name] = body
-    return taken
+    async def refuse_method(self, _scope: Scope, _receive: Receive, _send: Send) -> None:
+        """Refuse what is asked for by another method than that of the row."""
+        raise HTTPException(405, headers={"Allow": self.operation.verb})
 
 
-def _response(request: Request, operation: Operation, result: Any, waited_s: float) -> Response:
-    if operation.stopping is not None:
-        return json_response(result, 202 if result.state == "stopping" else 200)
-    if operation.over is not None and not (operation.planned and isinstance(result, operation.planned)):
-        return begun_response(result, _place(operation, result), waited_s)
-    if operation.plain is not None:
-        return plain_text.answer(request, operation, result)
-    if isinstance(result, Result):
-        return render(request, result, waited_s)
-    headers = {**wait_headers(waited_s), **_tag(operation, result)}
-    match result:
-        case PlainText():
-            return Response(result.content, headers={**headers, **result.beside}, media_type=operation.media)
-        case Written():
-            return JsonResponse(result.json, headers=headers)
-        case BaseModel():
-            content = result.model_dump_json(exclude_unset=operation.named_only)
-            return JsonResponse(content, headers=headers)
-    return content_response(result, headers=headers)
+served_row = cache(ServedRow)
+"""Makes the row once for all applications: it knows no plant."""
 
 
-def _tag(operation: Operation, result: Any) -> Mapping[str, str]:
-    document = result.document if isinstance(result, PlainText) else result
-    return header_of(document) if operation.tagged else {}
+class Walker(BaseRoute):
+    """The route of all rows. It finds one by method, and by number, first and last of the words of a path."""
 
+    def __init__(self, operations: Iterable[Operation]) -> None:
+        self.routes = [served_row(operation) for operation in operations]
+        """The rows, in the order of the documents; each is served as a route of its own would be."""
+        self._found = lru_cache(KNOWN_PATHS)(self._find)
+        self._rows: defaultdict[tuple[str | int, ...], list[ServedRow]] = defaultdict(list)
+        for row in self.routes:
+            last = _ANY if row.words[-1].startswith("{") else row.words[-1]
+            self._rows[row.operation.verb, len(row.words), *row.words[1:2], last].append(row)
 
-def _place(operation: Operation, record: Any) -> str:
-    """Where a record is found again, by the whole address of what it is about."""
-    kept = operation.kept_at or operation.path
-    if operation.target is None:
-        return kept
-    return "/".join([*record.target.split("/"), *kept.split("/")[3:]])
+    def prepare(self) -> None:
+        """Have stops ready: none waits for a model."""
+        for row in self.routes:
+            if row.right is Right.STOP:
+                row.call.prepare()
 
+    def right_of(self, scope: Scope) -> Right | None:
+        """The right that a request takes; None where nothing is here."""
+        row = self.find(scope)
+        return None if row is None else row.right
 
-def taking(endpoint: Endpoint, parameters: Mapping[str, Any]) -> Endpoint:
-    """Let FastAPI see which parameters an endpoint takes besides the request; `wait` may be left out."""
-    endpoint.__signature__ = Signature(  # type: ignore[attr-defined]  # it is looked for there
-        [
-            parameter.replace(name=name, kind=Parameter.KEYWORD_ONLY)
-            if isinstance(parameter, Parameter)
-            else _of(name, parameter)
-            for name, parameter in {"request": Request, **parameters}.items()
-        ]
-    )
-    return endpoint
+    def find(self, scope: Scope) -> ServedRow | None:
+        """Find the row of a request, and note in the scope what its path says."""
+        path = path_of(scope) if scope.get("root_path") else scope["path"]
+        find = self._found if len(path) <= LONGEST_KNOWN else self._find
+        row, params = find(scope["method"], path)
+        if row is not None:
+            scope["path_params"] = dict(params)
+        return row
 
+    def _find(self, method: str, path: str) -> tuple[ServedRow | None, Mapping[str, str]]:
+        words = path.split("/")
+        for last in (words[-1], _ANY):
+            for row in self._rows.get((method, len(words), *words[1:2], last), ()):
+                params = row.params_in(words)
+                if params is not None:
+                    return row, params
+        return None, {}
 
-def _of(name: str, annotation: Any) -> Parameter:
-    default = None if name == "wait" else Parameter.empty
-    return Parameter(name, Parameter.KEYWORD_ONLY, annotation=annotation, default=default)
+    def matches(self, scope: Scope) -> tuple[Match, Scope]:
+        """Tell whether a row is asked for, or another method of what is there."""
+        if scope["type"] != "http":
+            return Match.NONE, {}
+        if self.find(scope) is not None:
+            return Match.FULL, {}
+        row, params = self._of_another_method(scope)
+        return (Match.NONE, {}) if row is None else (Match.PARTIAL, {"path_params": params})
+
+    async def handle(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Let the row of a request answer, or refuse its method."""
+        row = self.find(scope)
+        if row is not None:
+            await row.let_in(row.answer, scope, receive, send)
+            return
+        other, _ = self._of_another_method(scope)
+        if other is not None:
+            await other.let_in(other.refuse_method, scope, receive, send)
+
+    def _of_another_method(self, scope: Scope) -> tuple[ServedRow | None, Mapping[str, str]]:
+        words = path_of(scope).split("/")
+        found = ((row, row.params_in(words)) for row in self.routes)
+        return next(((row, params) for row, params in found if params is not None), (None, {}))

@@ -189,7 +189,11 @@ class TextForm(Form):
         self.syntax = syntax
         self._parts = _parse(syntax, wires)
         self._wires = {part.name: part.wire for part in _values(self._parts)}
-        self._pattern = re.compile(_pattern(self._parts))
+
+    @cached_property
+    def _pattern(self) -> re.Pattern[str]:
+        """The pattern of its text; hundreds of forms are written, and never read."""
+        return re.compile(_pattern(self._parts))
 
     def variants(self) -> set[frozenset[str]]:
         """Every choice of its optional groups."""
@@ -330,6 +334,15 @@ class Spoken(BaseModel):
         """The parameters as bytes on the wire, where the codec is binary."""
         data: bytes = self._encoded()
         return data
+
+    @classmethod
+    def text_of(cls, values: Mapping[str, object]) -> str:
+        """The text of parameters that are known to be good.
+
+        :raises KeyError: this combination of parameters cannot be written.
+        """
+        text: str = cls._writer[frozenset(values)].write(values)
+        return text
 
     def _encoded(self) -> Any:
         given = self._given()

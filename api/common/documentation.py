@@ -3,7 +3,6 @@
 from collections.abc import Mapping
 from typing import Any, Final
 
-from api.common.problems import DECLARED
 from gateway.door.table import RouteWords, registered
 
 _FIRST: Final = {
@@ -59,17 +58,3 @@ def place_of(path: tuple[str, Mapping[str, Any]]) -> tuple[int, str]:
 def words_of(path: str) -> RouteWords:
     """The words of a place; one without words of its own has those that are true of all."""
     return next((kind.words[path] for kind in registered() if path in kind.words), RouteWords())
-
-
-def begins(model: Any, over: str, model_when_over: Any = None) -> dict[str, Any]:
-    """Declare a route that begins what takes long: 202 with its record, 200 once it is over."""
-    ended = {"model": model_when_over or model, "description": over}
-    return {"status_code": 202, "response_model": model, "responses": {**DECLARED, 200: ended}}
-
-
-def begins_moves(path: str, model: Any, model_when_over: Any = None) -> dict[str, Any]:
-    """Declare a route that begins moves of what stands at a path."""
-    words = words_of(path)
-    declared = begins(model, words.over, model_when_over)
-    declared["responses"][202] = {"description": words.begun}
-    return declared

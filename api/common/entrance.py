@@ -1,26 +1,23 @@
 """The one way in: every check of a request once, in one order, and every error told as a problem.
 
-Starlette's and FastAPI's layers would do the same one around the other, each at its own price.
+Starlette's layers would do the same one around the other, each at its own price.
 """
 
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
-from typing import Any
 
 from starlette.middleware.cors import CORSMiddleware
 from starlette.requests import Request
-from starlette.responses import Response
 from starlette.types import ASGIApp, Receive, Scope, Send
 from starlette.websockets import WebSocket
 
 from api.common.idempotent_requests import REPLAYED, relies_on_key
+from api.common.problems import Telling
 from api.common.request_ids import HEADER, has_begun
-from api.common.route_index import RouteIndex
 from api.common.security import SameSite, refusal
+from api.walker import Walker
 
 Layer = Callable[[ASGIApp], ASGIApp]
-Telling = Callable[[Any, Any], Any]
-"""Makes of a request, or a WebSocket, and what went wrong with it an answer, as for Starlette."""
 
 
 def open_to(origins: Sequence[str]) -> Layer:
@@ -35,37 +32,42 @@ def open_to(origins: Sequence[str]) -> Layer:
 
 
 class Entrance:
-    """Leads requests and WebSockets to their routes; `idempotent` is for those with an Idempotency-Key."""
+    """Leads requests to their rows, and all else to the `others`; `idempotent` is for an Idempotency-Key."""
 
     def __init__(
         self,
         same_site: SameSite,
-        routes: RouteIndex,
-        telling: Mapping[Any, Telling],
+        rows: Walker,
+        others: ASGIApp,
+        telling: Mapping[type[Exception], Telling],
         *,
         for_pages: Layer | None = None,
         idempotent: Layer | None = None,
     ) -> None:
-        self._same_site, self._routes, self._telling = same_site, routes, telling
+        self._same_site, self._rows, self._others, self._telling = same_site, rows, others, telling
         self._answering = for_pages(self._answer) if for_pages else self._answer
         self._idempotent = idempotent(self._answering) if idempotent else self._answering
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Refuse, or pass on."""
         if scope["type"] == "lifespan":
-            await self._routes(scope, receive, send)
+            await self._others(scope, receive, send)
             return
         reason = self._same_site.reason_against(scope)
         if reason is not None:
             await refusal(scope, reason)(scope, receive, send)
-        elif relies_on_key(scope, self._routes.right_of):
+        elif relies_on_key(scope, self._rows.right_of):
             await self._idempotent(scope, receive, send)
         else:
             await self._answering(scope, receive, send)
 
     async def _answer(self, scope: Scope, receive: Receive, send: Send) -> None:
         try:
-            await self._routes(scope, receive, send)
+            row = self._rows.find(scope) if scope["type"] == "http" else None
+            if row is None:
+                await self._others(scope, receive, send)
+            else:
+                await row.let_in(row.answer, scope, receive, send)
         except Exception as error:
             if has_begun(scope):
                 raise
@@ -75,9 +77,8 @@ class Entrance:
         """Answer with what went wrong; an error that was not foreseen is for the server's log, too."""
         of = Request if scope["type"] == "http" else WebSocket
         kind = next(kind for kind in type(error).__mro__ if kind in self._telling)
-        answer: Response | None = await self._telling[kind](of(scope, receive, send), error)
-        if answer is not None:
-            await answer(scope, receive, send)
+        answer = await self._telling[kind](of(scope, receive, send), error)
+        await answer(scope, receive, send)
         if kind is Exception:
             raise error
         # Many requests may be told one and the same: what led to it would grow with each.

@@ -4,8 +4,8 @@ import re
 from collections.abc import Callable
 from typing import Any, Final
 
-from fastapi import Request
 from pydantic import BaseModel
+from starlette.requests import Request
 
 from gateway.door.documents import tag_of
 from gateway.door.problems import Outdated

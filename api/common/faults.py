@@ -6,8 +6,7 @@ from inspect import isclass
 from types import UnionType
 from typing import Annotated, Any, Final, Literal, TypeGuard, Union, get_args, get_origin
 
-from fastapi.exceptions import RequestValidationError
-from pydantic import BaseModel, ValidationError
+from pydantic import BaseModel
 from pydantic_core import ErrorDetails
 
 from protocols.wording import MOST_SHOWN, expectation, sentence, shown, unknown
@@ -19,20 +18,12 @@ MOST_ERRORS = 200
 _MUST_BE: Final = "must be "
 
 
-class InvalidParts(RequestValidationError):
-    """Parts of a request are not as their endpoint takes them; `shape` is the annotation of its body."""
+class InvalidParts(Exception):
+    """Parts of a request are not as their operation takes them; `shape` is the annotation of its body."""
 
     def __init__(self, errors: Sequence[Any], body: object, shape: object) -> None:
-        super().__init__(errors, body=body)
-        self.shape = shape
-
-
-class InvalidBody(InvalidParts):
-    """A body that its route reads, for it comes in several types, is not of its shape."""
-
-    def __init__(self, error: ValidationError, body: object, shape: type[BaseModel]) -> None:
-        faults = [{**fault, "loc": ("body", *fault["loc"])} for fault in error.errors()]
-        super().__init__(faults, body, shape)
+        super().__init__(errors)
+        self.errors, self.body, self.shape = errors, body, shape
 
 
 def faults_of(errors: Sequence[ErrorDetails], body: object, shape: object) -> dict[str, str]:

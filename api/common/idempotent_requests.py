@@ -14,11 +14,11 @@ from starlette.responses import Response
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from api.common.access import Access
+from api.common.calling import read_body
 from api.common.idempotency import HEADER, HONOURED, LONGEST_KEY, WITH_EFFECT, has_key, takes_key
 from api.common.problems import plain_problem, response_to
-from api.common.results import render
-from api.common.route_index import RouteIndex
-from api.common.strict_json import read_body
+from api.common.responses import render
+from api.walker import Walker
 from gateway.door.caller import acting, current
 from gateway.door.calls import aside
 from gateway.door.keys import KeptAnswer, Keys, LeftOpen, RequestKey
@@ -92,16 +92,16 @@ class _First:
 class IdempotentRequests:
     """Looks at the keys of requests with an effect; never of stops, for to stop twice does no harm."""
 
-    def __init__(self, keys: Keys, access: Access, routes: RouteIndex, app: ASGIApp) -> None:
-        self._app, self._keys, self._access, self._routes = app, keys, access, routes
+    def __init__(self, keys: Keys, access: Access, rows: Walker, app: ASGIApp) -> None:
+        self._app, self._keys, self._access, self._rows = app, keys, access, rows
         self._under_way: dict[str, _First] = {}
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Carry the request out, or give the answer that it had before."""
         given = _key_of(scope)
         caller = self._access.caller_of(scope)
-        route = self._routes.find(scope)
-        if caller is None or route is None or not route.is_open_to(scope):
+        row = self._rows.find(scope)
+        if caller is None or row is None or not row.is_open_to(scope):
             await self._app(scope, receive, send)  # it refuses before it reads the body
             return
         request = Request(scope, receive)

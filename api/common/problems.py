@@ -6,18 +6,17 @@ written to the line and nothing will be. A request that may have reached a contr
 """
 
 import logging
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Awaitable, Callable, Iterable, Iterator, Mapping, Sequence
 from difflib import get_close_matches
 from functools import partial
 from http import HTTPStatus
 from typing import Any, Final
 from urllib.parse import quote, urlencode
 
-from fastapi import FastAPI, Request, Response
-from fastapi.exceptions import RequestValidationError
 from starlette.exceptions import HTTPException
-from starlette.responses import RedirectResponse
-from starlette.routing import BaseRoute, Route, WebSocketRoute
+from starlette.requests import Request
+from starlette.responses import RedirectResponse, Response
+from starlette.routing import BaseRoute, WebSocketRoute
 from starlette.types import Scope
 
 from api.common.faults import InvalidParts, faults_of
@@ -47,18 +46,6 @@ CALLER: Final = "motion-gateway.caller"
 """Stands in the scope of a request whose sender has shown a good key: the key's name, and its address."""
 SIGN_IN: Final = "/sign-in"
 """The page that takes the key of a person with a browser."""
-
-
-def _declared(meaning: str) -> dict[str, Any]:
-    schema = {"$ref": "#/components/schemas/Problem"}
-    return {"description": meaning, "content": {MEDIA_TYPE: {"schema": schema}}}
-
-
-DECLARED: Final[dict[int | str, dict[str, Any]]] = {
-    "4XX": _declared("Refused, not possible, or the outcome is not known: `moved` says what the motor did."),
-    503: _declared("Nothing was sent, and nothing will be: it may be asked again."),
-}
-"""The problems of every route, for its OpenAPI entry."""
 
 
 def response_to(problem: Problem, headers: Mapping[str, str] | None = None) -> Response:
@@ -135,12 +122,18 @@ Remedies = Callable[[str, GatewayError], Sequence[NextCall]]
 """Gives the calls that help where a request for a path has failed."""
 
 
-def install(app: FastAPI, remedies: Remedies = lambda _path, error: error.next) -> None:
-    """Let every error of the app be told as a problem."""
-    app.exception_handler(GatewayError)(partial(_tell_gateway_error, remedies))
-    app.exception_handler(RequestValidationError)(_tell_invalid)
-    app.exception_handler(HTTPException)(_tell_http_error)
-    app.exception_handler(Exception)(_tell_fault)
+Telling = Callable[[Any, Any], Awaitable[Response]]
+"""Makes of a request, or a WebSocket, and what went wrong with it an answer."""
+
+
+def tellings(remedies: Remedies = lambda _path, error: error.next) -> Mapping[type[Exception], Telling]:
+    """The functions that tell each kind of error as a problem."""
+    return {
+        GatewayError: partial(_tell_gateway_error, remedies),
+        InvalidParts: _tell_invalid,
+        HTTPException: _tell_http_error,
+        Exception: _tell_fault,
+    }
 
 
 async def _tell_gateway_error(remedies: Remedies, request: Request, error: GatewayError) -> Response:
@@ -163,7 +156,7 @@ def _shows_pages(request: Request) -> bool:
 
 
 async def _tell_invalid(request: Request, error: InvalidParts) -> Response:
-    faults = faults_of(error.errors(), error.body, error.shape)
+    faults = faults_of(error.errors, error.body, error.shape)
     place, said = next(iter(faults.items()))
     problem = _plain(request, 422, f"{place or 'The request body'}: {said}; nothing was sent.")
     problem.errors = [InvalidField(field=place, message=said) for place, said in faults.items()]
@@ -201,9 +194,16 @@ def _meant_by(request: Request) -> str:
 
 def _ending_in(routes: Sequence[BaseRoute], asked: Sequence[str]) -> list[str]:
     """The paths whose end was asked for: `/moves/5` without the body."""
-    paths = dict.fromkeys(route.path for route in routes if isinstance(route, Route))
-    ends = {path: path.split("/")[1:][-len(asked) :] for path in paths}
+    ends = {path: path.split("/")[1:][-len(asked) :] for path in dict.fromkeys(_paths(routes))}
     return [path for path, end in ends.items() if end[0] == asked[0] and _fits(end, asked)]
+
+
+def _paths(routes: Iterable[BaseRoute]) -> Iterator[str]:
+    """The paths of routes, and of those within others."""
+    for route in routes:
+        if isinstance(path := getattr(route, "path", None), str):
+            yield path
+        yield from _paths(getattr(route, "routes", None) or ())
 
 
 def _fits(parts: Sequence[str], asked: Sequence[str]) -> bool:
@@ -215,11 +215,10 @@ def _fits(parts: Sequence[str], asked: Sequence[str]) -> bool:
 def _known_parts(routes: Sequence[BaseRoute], asked: Sequence[str]) -> dict[int, set[str]]:
     """The parts that would make another path a known one, by their place in it."""
     known: dict[int, set[str]] = {}
-    slashes = len(asked) - 1
-    for route in routes:
-        if not isinstance(route, Route) or route.path.count("/") != slashes:
+    for path in _paths(routes):
+        parts = path.split("/")
+        if len(parts) != len(asked):
             continue
-        parts = route.path.split("/")
         wrong = [n for n, part in enumerate(parts) if part != asked[n] and not part.startswith("{")]
         if len(wrong) == 1:
             known.setdefault(wrong[0], set()).add(parts[wrong[0]])

@@ -6,7 +6,10 @@ from importlib.resources.abc import Traversable
 from pathlib import PurePath
 from typing import Final
 
-from fastapi import FastAPI, HTTPException, Request, Response
+from starlette.applications import Starlette
+from starlette.exceptions import HTTPException
+from starlette.requests import Request
+from starlette.responses import Response
 
 from api.common.routes import PageRoute
 from api.front.documents import HTML, Document
@@ -31,7 +34,7 @@ _OF_ASSETS: Final = {
 }
 
 
-def install(app: FastAPI) -> None:
+def install(app: Starlette) -> None:
     """Add the pages, which load nothing from elsewhere."""
     page = Document(HTML, (BUILT / "index.html").read_bytes, _OF_PAGE)
     assets = {file.name: _asset(file) for file in (BUILT / "assets").iterdir()}

@@ -9,16 +9,16 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from hashlib import sha256
-from importlib.resources import files
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Final
 
-from fastapi import FastAPI, Request, Response
-from fastapi.openapi.docs import get_redoc_html
-from starlette.responses import HTMLResponse
+from starlette.applications import Starlette
+from starlette.requests import Request
+from starlette.responses import HTMLResponse, Response
 
 from api.common.routes import PageRoute
-from api.front.swagger import DocumentPage, swagger_page
+from api.front.swagger import DocumentPage, redoc_page, swagger_page
 from gateway.door.table import Right
 
 HTML = "text/html; charset=utf-8"
@@ -132,7 +132,7 @@ _POLICY: Final = (
 _OF_PAGES: Final = {"X-Frame-Options": "DENY", "Referrer-Policy": "no-referrer"}
 
 
-def install(app: FastAPI, root_path: str = "") -> None:
+def install(app: Starlette, root_path: str = "") -> None:
     """Add the OpenAPI documents, the pages that show them, and what these load; all without internet.
 
     `root_path` is where a proxy has the gateway: the pages load from there.
@@ -141,8 +141,8 @@ def install(app: FastAPI, root_path: str = "") -> None:
         OPENAPI_AT: Document(JSON, lambda: _written("openapi.json", root_path)),
         RESOURCES_AT: Document(JSON, lambda: _written("resources.json", root_path)),
         CORE_AT: Document(JSON, lambda: _written("core.json", root_path)),
-        **{shown.at: _swagger(app.title, root_path, shown) for shown in _PAGES},
-        "/redoc": page(lambda: _redoc(app.title, root_path)),
+        **{shown.at: _swagger(root_path, shown) for shown in _PAGES},
+        "/redoc": page(lambda: redoc_page(root_path + OPENAPI_AT, root_path + ASSETS_AT)),
         **{f"{ASSETS_AT}/{name}": _asset(name, media_type) for name, media_type in _ASSETS.items()},
     }
     for path, document in documents.items():
@@ -157,19 +157,12 @@ def _written(name: str, root_path: str) -> bytes:
     return text.replace(b'"paths": {', servers, 1) if root_path else text
 
 
-def _swagger(title: str, root_path: str, shown: DocumentPage) -> Document:
-    return page(lambda: swagger_page(title, shown, _PAGES, root_path, ASSETS_AT))
-
-
-def _redoc(title: str, at: str) -> HTMLResponse:
-    return get_redoc_html(
-        openapi_url=at + OPENAPI_AT,
-        title=f"{title} - ReDoc",
-        redoc_js_url=f"{at}{ASSETS_AT}/redoc.standalone.js",
-        redoc_favicon_url=f"{at}{ASSETS_AT}/favicon.png",
-        with_google_fonts=False,
-    )
+def _swagger(root_path: str, shown: DocumentPage) -> Document:
+    return page(lambda: swagger_page(shown, _PAGES, root_path, ASSETS_AT))
 
 
 def _asset(name: str, media_type: str) -> Document:
-    return Document(media_type, (files("fastapi_offline") / "static" / name).read_bytes)
+    found = find_spec("fastapi_offline")  # to import it would import FastAPI
+    assert found is not None  # noqa: S101  # it is installed with the gateway
+    assert found.origin is not None  # noqa: S101  # as above
+    return Document(media_type, (Path(found.origin).parent / "static" / name).read_bytes)

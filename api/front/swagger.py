@@ -1,13 +1,14 @@
-"""Swagger UI, folded at first, with a search over names, paths and descriptions of operations."""
+"""Swagger UI, folded at first, with a search over names, paths and descriptions of operations; and ReDoc."""
 
 import json
 from collections.abc import Iterable
 from html import escape
 from string import Template
-from typing import NamedTuple
+from typing import Final, NamedTuple
 
 from starlette.responses import HTMLResponse
 
+TITLE: Final = "motion-gateway"
 _PAGE = Template("""\
 <!DOCTYPE html>
 <html lang="en">
@@ -80,6 +81,25 @@ SwaggerUIBundle({
 """)
 
 
+_REDOC: Final = Template("""\
+<!DOCTYPE html>
+<html lang="en">
+<head>
+<meta charset="utf-8">
+<meta name="viewport" content="width=device-width, initial-scale=1">
+<link rel="icon" href="$assets/favicon.png">
+<style>body { margin: 0; padding: 0; }</style>
+<title>$title</title>
+</head>
+<body>
+<noscript>ReDoc needs JavaScript.</noscript>
+<redoc spec-url="$url"></redoc>
+<script src="$assets/redoc.standalone.js"></script>
+</body>
+</html>
+""")
+
+
 class DocumentPage(NamedTuple):
     """A page of the documentation: its path, its name, and the document that it shows."""
 
@@ -89,18 +109,24 @@ class DocumentPage(NamedTuple):
 
 
 def swagger_page(
-    title: str, shown: DocumentPage, pages: Iterable[DocumentPage], root_path: str, assets: str
+    shown: DocumentPage, pages: Iterable[DocumentPage], root_path: str, assets: str
 ) -> HTMLResponse:
     """Show one page, with links to all; the scripts and styles stand under `assets`."""
     return HTMLResponse(
         _PAGE.substitute(
-            title=escape(f"{title}: {shown.name}"),
+            title=escape(f"{TITLE}: {shown.name}"),
             links="".join(_link(root_path, page, current=page is shown) for page in pages),
             root=_script(root_path),
             url=_script(root_path + shown.document),
             assets=escape(root_path + assets),
         )
     )
+
+
+def redoc_page(url: str, assets: str) -> HTMLResponse:
+    """Show the whole document as one page."""
+    told = {"title": f"{TITLE} - ReDoc", "url": url, "assets": assets}
+    return HTMLResponse(_REDOC.substitute({name: escape(text) for name, text in told.items()}))
 
 
 def _script(text: str) -> str:

@@ -9,8 +9,10 @@ from importlib.resources.abc import Traversable
 from pathlib import PurePath
 from typing import Final
 
-from fastapi import FastAPI, HTTPException, Request, Response
-from starlette.responses import RedirectResponse
+from starlette.applications import Starlette
+from starlette.exceptions import HTTPException
+from starlette.requests import Request
+from starlette.responses import RedirectResponse, Response
 
 from api.common.routes import PageRoute
 from api.front.documents import HTML, JSON, Document
@@ -33,7 +35,7 @@ _POLICY: Final = (
 _INLINE: Final = re.compile(rb"<script>(.*?)</script>", re.DOTALL)
 
 
-def install(app: FastAPI) -> None:
+def install(app: Starlette) -> None:
     """Add the site, which loads nothing from elsewhere; where it was not built it says how that is done."""
     pages = dict(_pages(BUILT, ""))
 

@@ -1,7 +1,7 @@
 """The common base of records that the gateway gives to its clients, and takes from them."""
 
 from collections.abc import Mapping
-from typing import Any, ClassVar, Self
+from typing import Any, ClassVar, Final, Self
 
 from pydantic import (
     BaseModel,
@@ -18,13 +18,16 @@ from gateway.core.errors import InvalidRequest
 from gateway.core.origin import current
 
 
+_JSON: Final[TypeAdapter[JsonValue]] = TypeAdapter(JsonValue)
+
+
 def _all_required(schema: dict[str, Any]) -> None:
     schema["required"] = list(schema["properties"])
 
 
 def example(**members: object) -> dict[str, JsonValue]:
     """Make `json_schema_extra` for a class of requests, with an example that works on the demo."""
-    return {"examples": [TypeAdapter(JsonValue).validate_python(members)]}
+    return {"examples": [_JSON.validate_python(members)]}
 
 
 def request_id_field(which: str = "the request that asked for it") -> Any:
@@ -32,10 +35,16 @@ def request_id_field(which: str = "the request that asked for it") -> Any:
     return Field(default_factory=lambda: current().request_id, description=f"The X-Request-Id of {which}.")
 
 
-class Record(BaseModel):
+class AnswerModel(BaseModel):
+    """Data that the gateway tells; what writes it is made when it is first told."""
+
+    model_config = ConfigDict(defer_build=True)
+
+
+class Record(AnswerModel):
     """Something the gateway tells: every member is always there, be it null."""
 
-    model_config = ConfigDict(extra="forbid", defer_build=True, json_schema_extra=_all_required)
+    model_config = ConfigDict(extra="forbid", json_schema_extra=_all_required)
 
 
 class RequestModel(BaseModel):

@@ -4,7 +4,7 @@ import asyncio
 from functools import partial
 from typing import Annotated, Final
 
-from pydantic import BaseModel, Field
+from pydantic import Field
 
 from gateway.access.grants import SessionInfo
 from gateway.access.keys import (
@@ -20,7 +20,7 @@ from gateway.access.principal import current
 from gateway.access.roles import Role
 from gateway.core.errors import InvalidRequest, NotAllowed, NotFound, NotSent
 from gateway.core.operation import Rows
-from gateway.core.records import RequestModel, example
+from gateway.core.records import AnswerModel, RequestModel, example
 from gateway.core.rights import Right
 from gateway.core.targets import Opened
 from gateway.plant import Plant
@@ -74,7 +74,7 @@ class MadeKey(KeyInfo):
     )
 
 
-class KeyList(BaseModel):
+class KeyList(AnswerModel):
     """All keys, those that cannot be used any more too, oldest first."""
 
     keys: list[KeyInfo]
@@ -211,7 +211,7 @@ def _ending(key: KeyInfo) -> str | None:
 SessionId = Annotated[str, Field(max_length=64, description="The id of a session.")]
 
 
-class SessionList(BaseModel):
+class SessionList(AnswerModel):
     """Sessions, the one that was used last first."""
 
     sessions: list[SessionInfo]

@@ -4,13 +4,14 @@ from collections.abc import Sequence
 from functools import partial
 from typing import Annotated, Final
 
-from pydantic import BaseModel, Field
+from pydantic import Field
 
 from gateway.access import principal
 from gateway.core.alarm_boxes import boxed
 from gateway.core.alarms import Alarm
 from gateway.core.event_types import GATEWAY
 from gateway.core.operation import Rows
+from gateway.core.records import AnswerModel
 from gateway.core.rights import Right
 from gateway.door.caller import require, sees
 from gateway.door.names import COLLECTIONS
@@ -20,7 +21,7 @@ from gateway.security import entries
 ROWS: Final = Rows("alarms")
 
 
-class AlarmList(BaseModel):
+class AlarmList(AnswerModel):
     """Alarms: those that stand first, then those that were reset, each newest first."""
 
     alarms: list[Alarm]

@@ -8,14 +8,14 @@ from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from typing import Annotated, Any, Final
 
-from pydantic import AwareDatetime, BaseModel, Field
+from pydantic import AwareDatetime, Field
 
 from gateway.core.aside import aside
 from gateway.core.errors import NotFound
 from gateway.core.journal.journal import Journal, JournalUnavailable
 from gateway.core.journal.writes import Value
 from gateway.core.operation import Rows
-from gateway.core.records import Record
+from gateway.core.records import AnswerModel, Record
 from gateway.core.rights import Right
 from gateway.door.caller import require
 from gateway.plant import Plant
@@ -139,7 +139,7 @@ def _utc(at: float | None) -> datetime | None:
     return None if at is None else datetime.fromtimestamp(at, UTC)
 
 
-class Audit(BaseModel):
+class Audit(AnswerModel):
     """Actions, the newest first."""
 
     deeds: list[Deed]

@@ -2,10 +2,11 @@
 
 from typing import Annotated, Any, Final, Literal, Union
 
-from pydantic import BaseModel, Field
+from pydantic import Field
 
 from gateway.core import numbers
 from gateway.core.operation import Rows
+from gateway.core.records import AnswerModel
 from gateway.door.doors import doors
 from gateway.families import FAMILIES
 from gateway.texts import catalogue
@@ -18,19 +19,19 @@ Family: Any = Literal[tuple(_TABLES)]
 _INFO: Any = Union[tuple(table.INFO for table in _TABLES.values())]  # noqa: UP007
 
 
-class CommandList(BaseModel):
+class CommandList(AnswerModel):
     """The whole tables of both families, in the manuals' order."""
 
     commands: list[Annotated[_INFO, Field(discriminator="family")]]
 
 
-class Translations(BaseModel):
+class Translations(AnswerModel):
     """Translations of texts that the gateway has in English only: hints of parameters, reasons, notes."""
 
     ja: dict[str, str] = Field(description="The Japanese sentence for each English one.")
 
 
-class Numbers(BaseModel):
+class Numbers(AnswerModel):
     """Numbers that never change, in later versions neither; each type and cause has one of its own."""
 
     events: dict[str, int] = Field(description="Number of each type of event, from 1.")
@@ -42,7 +43,7 @@ FamilyName = Annotated[Family | None, Field(description="Only the commands of on
 
 @ROWS.get("/commands", any_scope=True, by_hand="the tables are written once, and answered with their tag")
 async def list_commands(*, family: FamilyName = None) -> CommandList:
-    """List all commands of controllers and robots."""
+    """List every command that controllers and robots know."""
     return tables_of(*(_TABLES if family is None else (family,)))
 
 

@@ -2,13 +2,14 @@
 
 from typing import Any
 
-from pydantic import BaseModel, Field
+from pydantic import Field
 
+from gateway.core.records import AnswerModel
 from gateway.core.rights import RIGHT_OF, Right
 from protocols.table import Command, Effect, Retry
 
 
-class CommandInfoBase(BaseModel):
+class CommandInfoBase(AnswerModel):
     """The part of a command's description that all families share."""
 
     code: str = Field(

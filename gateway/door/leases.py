@@ -2,12 +2,12 @@
 
 from typing import Annotated, Final
 
-from pydantic import BaseModel, Field
+from pydantic import Field
 
 from gateway.core.errors import NotFound
 from gateway.core.leases import LONGEST_S, Lease, Taken
 from gateway.core.operation import Rows
-from gateway.core.records import RequestModel, example
+from gateway.core.records import AnswerModel, RequestModel, example
 from gateway.core.rights import Right
 from gateway.core.targets import Opened
 from gateway.door.caller import claim, holder, require, sees
@@ -36,7 +36,7 @@ class LeaseRequest(RequestModel, json_schema_extra=example(scope="line1.3F", ttl
     )
 
 
-class LeaseList(BaseModel):
+class LeaseList(AnswerModel):
     """All present leases."""
 
     leases: list[Lease]

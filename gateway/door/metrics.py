@@ -39,19 +39,18 @@ CONTENT_TYPE: Final = CONTENT_TYPE_LATEST
 WORKS: Final[Sequence[str]] = get_args(Work)
 
 
-def metrics_of(plant: Plant, traffic: Traffic) -> CollectorRegistry:
-    """Make the registry that `/metrics` shows."""
+async def text_of(plant: Plant, traffic: Traffic) -> bytes:
+    """Write all figures, as they are now, beside the event loop."""
+    return await aside(generate_latest, _Collected(list(_registry(plant, traffic).collect())))
+
+
+def _registry(plant: Plant, traffic: Traffic) -> CollectorRegistry:
     registry = CollectorRegistry()
     registry.register(PlantCollector(plant))
     registry.register(GatewayCollector(plant, traffic))
     ProcessCollector(registry=registry)
     GCCollector(registry=registry)
     return registry
-
-
-async def text_of(registry: CollectorRegistry) -> bytes:
-    """Write all figures, as they are now, beside the event loop."""
-    return await aside(generate_latest, _Collected(list(registry.collect())))
 
 
 def _add(family: HistogramMetricFamily, labels: Sequence[str], took: Histogram) -> None:

@@ -6,12 +6,13 @@ from collections.abc import Iterator, Mapping
 from datetime import UTC, datetime
 from typing import Annotated, Any, Final, Literal
 
-from pydantic import AwareDatetime, BaseModel, Field, JsonValue
+from pydantic import AwareDatetime, Field, JsonValue
 
 from gateway.core.alarms import Alarm
 from gateway.core.errors import NotFound
 from gateway.core.journal.journal import Journal
 from gateway.core.operation import Rows
+from gateway.core.records import AnswerModel
 from gateway.door.audit import read_beside
 from gateway.plant import Plant
 
@@ -28,7 +29,7 @@ _OLDEST: Final = "SELECT min(at) FROM events"
 _UNREACHED: Final = ("offline", "down")
 
 
-class PlaceThen(BaseModel):
+class PlaceThen(AnswerModel):
     """Place of a motor, or of a unit's axes, by the last move before the moment."""
 
     target: str = Field(description="Address of the part: line1.3F, r1/units/1 or wafer.")
@@ -40,7 +41,7 @@ class PlaceThen(BaseModel):
     move_id: str = Field(description="Id of the move that was under way, or of the last one.")
 
 
-class Moment(BaseModel):
+class Moment(AnswerModel):
     """The plant as it was."""
 
     at: datetime

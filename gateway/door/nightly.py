@@ -7,11 +7,12 @@ from difflib import unified_diff
 from pathlib import Path
 from typing import Final
 
-from pydantic import BaseModel, Field
+from pydantic import Field
 
 from gateway.core.errors import GatewayError, NotFound
 from gateway.core.operation import PlainText, Rows
 from gateway.core.origin import Origin, acting
+from gateway.core.records import AnswerModel
 from gateway.core.supervisor import supervise
 from gateway.core.whole_files import write_whole
 from gateway.door.backups import AS_TEXT, ENDING, Night, ReadingOrder, folder_of_nights, text_of_night
@@ -32,7 +33,7 @@ TRIES_FOR_S: Final = 4 * 3600.0
 ORIGIN: Final = Origin("gateway: nightly backup")
 
 
-class NightlyBackup(BaseModel):
+class NightlyBackup(AnswerModel):
     """A backup of one line, or one robot, that was read by night and kept."""
 
     target: str = Field(description="The line or the robot.")
@@ -42,7 +43,7 @@ class NightlyBackup(BaseModel):
     )
 
 
-class NightlyBackups(BaseModel):
+class NightlyBackups(AnswerModel):
     """The backups that are kept."""
 
     backups: list[NightlyBackup] = Field(description="Kept backups, the newest first.")

@@ -1,14 +1,18 @@
-"""Rows that HTTP alone serves, each with its reason: `api` writes their routes by hand."""
+"""Rows that HTTP alone serves, each with its reason: `api` answers them by functions of its own."""
 
 from collections.abc import Callable
-from typing import Any, Final, Literal
+from typing import Annotated, Final, Literal
 
-from pydantic import BaseModel, Field
+from pydantic import Field
 
 from gateway.access.grants import TICKET_S
 from gateway.core.line_state import LineState
-from gateway.core.operation import Rows, Verb
+from gateway.core.operation import Rows
+from gateway.core.records import AnswerModel
 from gateway.core.rights import Right
+from gateway.door.events import After, Bodies, Sample, Snapshot, Types
+from gateway.door.names import LineId
+from gateway.door.traces import MAX_TRACE_ENTRIES, TracedBodies, TracedRequest
 from gateway.plant import Plant
 
 STREAMS: Final = Rows("streams")
@@ -16,8 +20,6 @@ HEALTH: Final = Rows("health")
 TICKETS: Final = Rows("system")
 RECORDINGS: Final = Rows("recordings")
 STREAM: Final = "it is a stream, which has no end"
-TRACE: Final = "/lines/{line_id}/trace/stream"
-CONTENT: Final = "/recordings/{recording_id}/content"
 FILE: Final = "it is a file, which is sent as it is read"
 FIGURES: Final = "it is the text that Prometheus reads"
 TICKET: Final = "it is for those who can send no header"
@@ -30,13 +32,13 @@ _JOURNAL_TROUBLE: Final = (
 )
 
 
-class Liveness(BaseModel):
+class Liveness(AnswerModel):
     """The gateway's process answers."""
 
     status: Literal["alive"]
 
 
-class Readiness(BaseModel):
+class Readiness(AnswerModel):
     """Readiness of the gateway: can requests be carried out, and if not, because of which part?"""
 
     ready: bool = Field(
@@ -52,7 +54,7 @@ class Readiness(BaseModel):
     detail: str = Field(description="The reasons in words, and what to do.")
 
 
-class Ticket(BaseModel):
+class Ticket(AnswerModel):
     """A secret that opens one event stream."""
 
     ticket: str = Field(
@@ -84,31 +86,56 @@ def readiness_of(plant: Plant, is_seen: Callable[[str], bool]) -> Readiness:
     )
 
 
-_TABLE: Final[tuple[tuple[Rows, Verb, str, Right, str, str, str, Any], ...]] = (
-    (STREAMS, "GET", "/events/stream", Right.VIEW, "stream_events", "Send events.", STREAM, None),
-    (STREAMS, "GET", TRACE, Right.VIEW, "follow_trace", "Send a line's records.", STREAM, None),
-    (HEALTH, "GET", "/livez", Right.OPEN, "livez", "Answer.", STATUS, Liveness),
-    (HEALTH, "GET", "/readyz", Right.OPEN, "readyz", "Say if all can be used.", STATUS, Readiness),
-    (HEALTH, "GET", "/metrics", Right.VIEW, "metrics", "Give all figures.", FIGURES, None),
-    (RECORDINGS, "GET", CONTENT, Right.VIEW, "download_recording", "Download a recording.", FILE, None),
-    (TICKETS, "POST", "/tickets", Right.VIEW, "issue_ticket", "Give a ticket.", TICKET, Ticket),
-)
+@STREAMS.get("/events/stream", http_only=STREAM, documented=False)
+async def stream_events(
+    *,
+    after: After = None,
+    bodies: Bodies = None,
+    types: Types = None,
+    sample: Sample = None,
+    snapshot: Snapshot = False,
+) -> None:
+    """Send events as they happen; a browser resumes with Last-Event-ID."""
 
 
-async def _by_http() -> None:
-    """Leave it to HTTP.
+@STREAMS.get("/lines/{line_id}/trace/stream", http_only=STREAM, documented=False)
+async def follow_trace(
+    line_id: LineId,
+    *,
+    bodies: TracedBodies = None,
+    request_id: TracedRequest = None,
+    last: Annotated[int, Field(ge=0, le=MAX_TRACE_ENTRIES)] = 0,
+) -> None:
+    """Send a line's records as they come, after the `last` that there are."""
 
-    :raises TypeError: it was asked otherwise.
+
+@HEALTH.get("/livez", Right.OPEN, http_only=STATUS, result=Liveness)
+async def livez() -> None:
+    """Answer, as long as the process can."""
+
+
+@HEALTH.get("/readyz", Right.OPEN, http_only=STATUS, result=Readiness)
+async def readyz() -> None:
+    """Say whether all lines are open and set up, a device answers on each, and the journal can be written.
+
+    A journal in trouble is no 503: no other gateway could carry out the stops and reads that go on.
     """
-    raise TypeError("HTTP alone serves this")
 
 
-for section, verb, path, right, name, what, why, result in _TABLE:
-    section.add(
-        *(verb, path, right, _by_http),
-        name=name,
-        description=what,
-        any_scope=section in (RECORDINGS, TICKETS),
-        http_only=why,
-        result=result,
-    )
+@HEALTH.get("/metrics", http_only=FIGURES, documented=False)
+async def metrics() -> None:
+    """Give all figures to Prometheus."""
+
+
+# Clients made of the documents know no files.
+@RECORDINGS.get("/recordings/{recording_id}/content", any_scope=True, http_only=FILE, documented=False)
+async def download_recording(recording_id: str) -> None:
+    """Download a recording: a zip, for `motion-gateway export` and `replay`."""
+
+
+@TICKETS.post("/tickets", Right.VIEW, any_scope=True, http_only=TICKET, result=Ticket)
+async def issue_ticket() -> None:
+    """Give a ticket for one event stream, which ends with the session or the key it was given for.
+
+    It is for browsers, whose WebSockets and EventSources send no key.
+    """

@@ -3,11 +3,11 @@
 import asyncio
 from typing import Annotated, Final
 
-from pydantic import BaseModel, Field
+from pydantic import Field
 
 from gateway.core.errors import NotFound
 from gateway.core.operation import Rows, Wait
-from gateway.core.records import RequestModel, example
+from gateway.core.records import AnswerModel, RequestModel, example
 from gateway.core.rights import Right
 from gateway.families import FAMILIES
 from gateway.plant import Plant
@@ -19,7 +19,7 @@ ROWS: Final = Rows("configuration")
 PORTS_AT_ONCE = 16
 
 
-class PortList(BaseModel):
+class PortList(AnswerModel):
     """The serial ports of the gateway's machine."""
 
     ports: list[Port]

@@ -3,12 +3,12 @@
 from pathlib import Path
 from typing import Final
 
-from pydantic import BaseModel, Field
+from pydantic import Field
 
 from gateway.access.principal import current
 from gateway.core.errors import InvalidRequest, NotFound
 from gateway.core.operation import Rows, Wait
-from gateway.core.records import RequestModel, example
+from gateway.core.records import AnswerModel, RequestModel, example
 from gateway.core.rights import Right
 from gateway.door.caller import require, sees
 from gateway.plant import Plant
@@ -20,7 +20,7 @@ DAY_S: Final = 86_400
 CONTENT: Final = "application/zip"
 
 
-class RecordingList(BaseModel):
+class RecordingList(AnswerModel):
     """Recordings, the newest first."""
 
     recordings: list[RecordingInfo]

@@ -2,10 +2,11 @@
 
 from typing import Annotated, Any, Final
 
-from pydantic import BaseModel, ConfigDict, Field, SerializeAsAny, WithJsonSchema, create_model
+from pydantic import ConfigDict, Field, SerializeAsAny, WithJsonSchema, create_model
 
 from gateway.core.errors import GatewayError
 from gateway.core.move_record import Move
+from gateway.core.records import AnswerModel
 from gateway.core.targets import BegunMoves, CommandReplies, MemberAnswers, Opened, Result, Stopped
 from gateway.core.times import age_ms_of
 from gateway.door.problems import Problem, problem_of
@@ -28,7 +29,7 @@ __all__ = [
 ]
 
 
-class GroupMove(BaseModel):
+class GroupMove(AnswerModel):
     """One command to a group, with one move for each member."""
 
     group_id: str
@@ -44,6 +45,7 @@ _REPORTS: Final[dict[str, Any]] = {
 }
 StopResult: Any = create_model(
     "StopResult",
+    __base__=AnswerModel,
     __doc__="Progress of the stop, after two seconds at most.",
     confirmed=(bool, _CONFIRMED),
     **_REPORTS,
@@ -53,7 +55,7 @@ StopResult: Any = create_model(
 _ANY_REPLY: Final = {"anyOf": [{"type": "object", "additionalProperties": True}, {"type": "null"}]}
 
 
-class MemberReply(BaseModel):
+class MemberReply(AnswerModel):
     """The reply of one member of a group."""
 
     model_config = ConfigDict(frozen=True)
@@ -65,7 +67,7 @@ class MemberReply(BaseModel):
     error: Problem | None = Field(description="Reason for which there is no reply.")
 
 
-class GroupReply(BaseModel):
+class GroupReply(AnswerModel):
     """The replies of a group's members to one command."""
 
     model_config = ConfigDict(frozen=True)

@@ -2,10 +2,11 @@
 
 from typing import Annotated, Final
 
-from pydantic import BaseModel, Field
+from pydantic import Field
 
 from gateway.core.errors import NotFound, NotSent
 from gateway.core.operation import Rows
+from gateway.core.records import AnswerModel
 from gateway.core.rights import Right
 from gateway.plant import Plant
 from gateway.security.entries import Entry
@@ -13,7 +14,7 @@ from gateway.security.entries import Entry
 ROWS: Final = Rows("security log")
 
 
-class SecurityEntries(BaseModel):
+class SecurityEntries(AnswerModel):
     """Entries, the newest first."""
 
     entries: list[Entry]

@@ -12,6 +12,7 @@ from gateway.core.errors import InvalidRequest, NotFound
 from gateway.core.journal.journal import Journal
 from gateway.core.journal.writes import Value
 from gateway.core.operation import PlainText, Rows
+from gateway.core.records import AnswerModel
 from gateway.core.rights import Right
 from gateway.door.audit import AuditFilter, address_of, read_beside
 from gateway.door.caller import require
@@ -56,7 +57,7 @@ _ALARMS: Final = """SELECT cause, count(*), sum(reset_at IS NULL) FROM alarms WH
 _OLDEST: Final = "SELECT min(at) FROM events"
 
 
-class AxisOfShift(BaseModel):
+class AxisOfShift(AnswerModel):
     """The moves of one body, or of one unit of a robot."""
 
     target: str = Field(description="Address of the body or unit: line1.3F, or r1/units/1.")
@@ -70,7 +71,7 @@ class AxisOfShift(BaseModel):
     longest_move: str | None = Field(description="The id of the move that took longest.")
 
 
-class FailureOfShift(BaseModel):
+class FailureOfShift(AnswerModel):
     """The moves that failed for one reason."""
 
     cause: str = Field(description="The end's cause, such as ems; else the kind of error, or the status.")
@@ -79,7 +80,7 @@ class FailureOfShift(BaseModel):
     last_move: str = Field(description="Id of the last of these moves.")
 
 
-class HomingOfShift(BaseModel):
+class HomingOfShift(AnswerModel):
     """Differences between the origins that a body has found."""
 
     target: str
@@ -90,7 +91,7 @@ class HomingOfShift(BaseModel):
     largest_off_by: int = Field(description="The difference farthest from 0, in pulses or encoder counts.")
 
 
-class PersonOfShift(BaseModel):
+class PersonOfShift(AnswerModel):
     """The actions of one caller in the shift."""
 
     caller: str
@@ -99,7 +100,7 @@ class PersonOfShift(BaseModel):
     settings: int = Field(description="Number of commands that change what a controller keeps.")
 
 
-class AlarmOfShift(BaseModel):
+class AlarmOfShift(AnswerModel):
     """The alarms of one cause that were raised."""
 
     cause: str
@@ -107,7 +108,7 @@ class AlarmOfShift(BaseModel):
     standing: int = Field(description="Number of alarms that still stand.")
 
 
-class Shift(BaseModel):
+class Shift(AnswerModel):
     """A shift, or any other span of time of a month at most."""
 
     since: datetime

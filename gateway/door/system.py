@@ -3,12 +3,13 @@
 import asyncio
 from typing import Annotated, Final, Literal
 
-from pydantic import BaseModel, Field
+from pydantic import Field
 
 from gateway.access.posture import weakened
 from gateway.access.principal import current
 from gateway.access.roles import RIGHTS_OF, Role
 from gateway.core.operation import Rows
+from gateway.core.records import AnswerModel
 from gateway.core.rights import Right
 from gateway.core.tried import Untried, untried
 from gateway.door.caller import sees
@@ -19,7 +20,7 @@ ROWS: Final = Rows("system")
 HEALTH: Final = Rows("health")
 
 
-class Weakened(BaseModel):
+class Weakened(AnswerModel):
     """A setting that protects less than its default."""
 
     setting: str = Field(description="Name of the setting in the configuration file.")
@@ -27,7 +28,7 @@ class Weakened(BaseModel):
     meaning: str = Field(description="The risk that the value allows, in words.")
 
 
-class UntriedLine(BaseModel):
+class UntriedLine(AnswerModel):
     """A line that rests on assumptions about real hardware."""
 
     line_id: str
@@ -35,7 +36,7 @@ class UntriedLine(BaseModel):
     meaning: str = Field(description="The meaning for the line, and what to do.")
 
 
-class Posture(BaseModel):
+class Posture(AnswerModel):
     """The protection of the gateway, and the assumptions that it rests on."""
 
     access: Literal["keys", "open"] = Field(
@@ -54,7 +55,7 @@ class Posture(BaseModel):
     )
 
 
-class Identity(BaseModel):
+class Identity(AnswerModel):
     """The caller as the gateway knows it: name, role and rights."""
 
     name: str = Field(description="Name of the key, or of the person; `everybody` if no key is needed.")
@@ -100,7 +101,7 @@ def _untried(plant: Plant) -> list[Untried]:
     return [line for line in found if line is not None]
 
 
-class Version(BaseModel):
+class Version(AnswerModel):
     """The program that runs here, and its version."""
 
     name: str

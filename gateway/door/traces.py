@@ -10,6 +10,7 @@ from pydantic import AwareDatetime, BaseModel, Field
 from gateway.core.aside import aside
 from gateway.core.errors import InvalidRequest
 from gateway.core.operation import Rows, Written
+from gateway.core.records import AnswerModel
 from gateway.core.rights import Right
 from gateway.door.caller import require
 from gateway.door.names import LineId
@@ -40,7 +41,7 @@ TracedRequest = Annotated[
 ]
 
 
-class TraceRecord(BaseModel):
+class TraceRecord(AnswerModel):
     """An event at the port: bytes were received or sent, or the port opened, was lost or closed."""
 
     at: datetime = Field(description="UTC wall time, which jumps when the clock is set.")
@@ -54,7 +55,7 @@ class TraceRecord(BaseModel):
     request_id: str | None = Field(default=None, description="The X-Request-Id of the request behind it.")
 
 
-class Trace(BaseModel):
+class Trace(AnswerModel):
     """The newest records of a line, oldest first."""
 
     line_id: str

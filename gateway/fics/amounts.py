@@ -3,11 +3,11 @@
 from collections.abc import Mapping, Sequence
 from typing import Annotated, Any, ClassVar, Literal, TypeVar
 
-from pydantic import BaseModel, BeforeValidator, Field, ValidationError
+from pydantic import BeforeValidator, Field, ValidationError
 from pydantic_core import PydanticCustomError
 
 from gateway.core.errors import InvalidRequest
-from gateway.core.records import RequestModel
+from gateway.core.records import AnswerModel, RequestModel
 from gateway.fics.axes import UnitAxes
 from protocols.fics.notation import AxisName, Number, Quantity, SpeedNumber
 from protocols.fics.row import FicsCommand
@@ -54,7 +54,7 @@ Amounts = ByAxis[Amount]
 AxisSpeeds = ByAxis[AxisSpeed]
 
 
-class AxisValue(BaseModel):
+class AxisValue(AnswerModel):
     """A coordinate or a speed of an axis, with its unit."""
 
     value: float

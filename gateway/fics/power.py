@@ -6,11 +6,10 @@ from enum import IntEnum
 from functools import partial
 from typing import Any, Final, Protocol
 
-from pydantic import BaseModel
-
 from gateway.core.errors import NoReply, NotSent, PowerCycled
 from gateway.core.preparation import Asked
 from gateway.core.preparation import Missing as CoreMissing
+from gateway.core.records import AnswerModel
 from gateway.fics.axes import Coordinates, Tell, UnitAxes, unit_of
 from gateway.fics.errors import SpeedsNotRestored, answered
 from gateway.fics.exchange import MODE, PLACES, STATUS, Outcome, Proof, RobotAnswered, RobotQuestion
@@ -112,7 +111,7 @@ class Origins:
             self._signs[number] = OriginSign.NOTHING_HIDES_THEM
 
 
-class RobotMemory(BaseModel):
+class RobotMemory(AnswerModel):
     """The facts about a robot that a gateway remembers over restarts."""
 
     mode: int

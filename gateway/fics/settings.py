@@ -3,11 +3,11 @@
 from collections.abc import Callable, Iterable, Mapping
 from typing import Annotated, Any, Final, Literal, NamedTuple
 
-from pydantic import BaseModel, Field
+from pydantic import Field
 
 from gateway.core.errors import ControllerRefused, GatewayError, InvalidRequest
 from gateway.core.operation import Expectation, Rows
-from gateway.core.records import SentBack, example
+from gateway.core.records import AnswerModel, SentBack, example
 from gateway.core.rights import Right
 from gateway.fics.amounts import Amounts, AxisSpeeds, AxisValue, ByAxis, build, in_order, numbers
 from gateway.fics.axes import NOISE_DIGITS, Coordinates, Places, UnitAxes
@@ -264,7 +264,7 @@ class SettingsChange(SentBack, json_schema_extra=example(speed_percent={"X": 50}
     motor_lower_soft_limit: Amounts | None = None
 
 
-class UnitSettings(BaseModel):
+class UnitSettings(AnswerModel):
     """The settings of a unit; after a change those that were changed, read back."""
 
     robot_id: str

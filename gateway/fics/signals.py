@@ -2,11 +2,11 @@
 
 from typing import Annotated, Final
 
-from pydantic import BaseModel, Field
+from pydantic import Field
 
 from gateway.core.errors import InvalidRequest
 from gateway.core.operation import Expectation, Rows
-from gateway.core.records import RequestModel, SentBack, example
+from gateway.core.records import AnswerModel, RequestModel, SentBack, example
 from gateway.core.rights import Right
 from gateway.fics.robot import Robot
 from protocols.fics.inputs_outputs import ChannelBits, GetInputChannel, GetOutputChannel, SwitchOutput
@@ -29,14 +29,14 @@ ChannelCount = Annotated[ChannelNumber, Field(description="Number of channels.")
 FirstVariable = Annotated[Variable, Field(description="The first variable.")]
 
 
-class Channel(BaseModel):
+class Channel(AnswerModel):
     """Eight inputs or outputs."""
 
     channel: int
     bits: list[bool] = Field(description="Bit 0 first.")
 
 
-class ChannelList(BaseModel):
+class ChannelList(AnswerModel):
     """Inputs or outputs of a robot."""
 
     robot_id: str
@@ -49,7 +49,7 @@ class OutputState(RequestModel, json_schema_extra=example(on=True)):
     on: bool
 
 
-class VariableList(BaseModel):
+class VariableList(AnswerModel):
     """Variables of a robot."""
 
     robot_id: str

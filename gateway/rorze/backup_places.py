@@ -72,7 +72,7 @@ class BackupPlace:
     @property
     def key(self) -> str:
         """The key that tells it from all others."""
-        return _key_of(self.question)
+        return _key_of(self.row, self.at)
 
     @property
     def emptied(self) -> Command | None:
@@ -113,15 +113,23 @@ def given(model: Reply | Command) -> dict[str, object]:
     return {name: value for name in type(model).model_fields if (value := getattr(model, name)) is not None}
 
 
-def _question_of(row: Row, values: Mapping[str, object]) -> Command:
+def _read_by(row: Row, values: Mapping[str, object]) -> tuple[Row, dict[str, object]]:
+    """The question that reads a place, and its fields."""
     if row is SetProgramMemory and str(values["memory"])[0] == "D":
-        return GetProgramMemory(memory=str(values["memory"]), notation="hexadecimal")
+        return GetProgramMemory, {"memory": values["memory"], "notation": "hexadecimal"}
     reading = _READ_BY.get(row.code) or COMMANDS[f"{row.code[:-1]}D"]
-    return reading(**{name: values[name] for name in reading.model_fields if name in values})
+    return reading, {name: values[name] for name in reading.model_fields if name in values}
 
 
-def _key_of(question: Command) -> str:
-    return f"{question.code}{question.written()}"
+def _question_of(row: Row, values: Mapping[str, object]) -> Command:
+    reading, fields = _read_by(row, values)
+    return reading(**fields)
+
+
+def _key_of(row: Row, values: Mapping[str, object]) -> str:
+    """The text of the question. Places are known to be some, and thousands: none is validated."""
+    reading, fields = _read_by(row, values)
+    return f"{reading.code}{reading.text_of(fields)}"
 
 
 def place_of(command: Command) -> BackupPlace | None:
@@ -129,7 +137,7 @@ def place_of(command: Command) -> BackupPlace | None:
     if isinstance(command, SetPositionEntry) and command.pulses is None:
         return None  # it would store where the motor stands
     try:
-        return PLACES.get(_key_of(_question_of(type(command), given(command))))
+        return PLACES.get(_key_of(type(command), given(command)))
     except (KeyError, ValidationError):
         return None
 

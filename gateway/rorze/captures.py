@@ -9,7 +9,7 @@ from pydantic import BaseModel, Field, model_validator
 from gateway.core.errors import GatewayError, InvalidRequest, PowerCycled
 from gateway.core.exchange import Lane
 from gateway.core.operation import Rows, Wait
-from gateway.core.records import RequestModel, SentBack, example, require_same
+from gateway.core.records import AnswerModel, RequestModel, SentBack, example, require_same
 from gateway.core.rights import Right
 from gateway.rorze.asked_body import AskedBody, read_pulses
 from gateway.rorze.units import Length
@@ -301,7 +301,7 @@ async def _recorded(body: AskedBody, kind: Kind, number: int) -> CaptureTarget:
     return CaptureTarget(kind, number, None if pulses == NOTHING_YET else pulses)
 
 
-class CapturedValue(BaseModel):
+class CapturedValue(AnswerModel):
     """An entry of the position table that takes a value."""
 
     kind: Literal["position", "encoder", "encoder_in_pulses"]
@@ -316,14 +316,14 @@ class CapturedValue(BaseModel):
     unit: str | None
 
 
-class CaptureBounds(BaseModel):
+class CaptureBounds(AnswerModel):
     """The stretch of positions in which an edge counts."""
 
     lower: int = Field(description="Lower bound in pulses; encoder counts in encoder mode.")
     upper: int = Field(description="Upper bound, counted as `lower`.")
 
 
-class CaptureState(BaseModel):
+class CaptureState(AnswerModel):
     """How an input is set up to capture, and what it has captured."""
 
     body_id: str
@@ -341,7 +341,7 @@ class CaptureState(BaseModel):
     )
 
 
-class CaptureList(BaseModel):
+class CaptureList(AnswerModel):
     """The captures of both inputs."""
 
     body_id: str

@@ -2,12 +2,12 @@
 
 from typing import Annotated, Final, Literal
 
-from pydantic import BaseModel, Field
+from pydantic import Field
 
 from gateway.core.errors import InvalidRequest
 from gateway.core.move_record import CountedIn
 from gateway.core.operation import Expectation, Rows
-from gateway.core.records import RequestModel, example
+from gateway.core.records import AnswerModel, RequestModel, example
 from gateway.core.rights import Right
 from gateway.rorze.bodies import Body, counted_in
 from gateway.rorze.changes import Flash, read
@@ -33,7 +33,7 @@ EDGES = {"double": 2, "quadruple": 4}
 LEAST_RATIO, LARGEST_RATIO = 1.0, 99_999.99
 
 
-class EncoderCounts(BaseModel):
+class EncoderCounts(AnswerModel):
     """Where the encoder is."""
 
     counted_in: CountedIn = Field(description="Unit of positions and amounts of this body.")
@@ -48,7 +48,7 @@ class EncoderCounts(BaseModel):
     stalled: bool = Field(description="True if the encoder has found a step-out that stands (PRD).")
 
 
-class Encoder(BaseModel):
+class Encoder(AnswerModel):
     """The encoder of a body, and its set-up."""
 
     body_id: str
@@ -77,7 +77,7 @@ class ResolutionRequest(
     dry_run: bool = Field(default=False, description="Only say what would be set.")
 
 
-class Resolution(BaseModel):
+class Resolution(AnswerModel):
     """The encoder's settings that follow from motor and encoder."""
 
     body_id: str

@@ -4,11 +4,11 @@ import re
 from collections.abc import Sequence
 from typing import Annotated, Any, Final
 
-from pydantic import BaseModel, Field
+from pydantic import Field
 
 from gateway.core.errors import GatewayError, InvalidRequest
 from gateway.core.operation import Rows
-from gateway.core.records import RequestModel, SentBack, example
+from gateway.core.records import AnswerModel, RequestModel, SentBack, example
 from gateway.core.rights import Right
 from gateway.rorze.bodies import Body
 from gateway.rorze.errors import PartlyDone
@@ -26,14 +26,14 @@ LAST_PLACES = {"D": 199, "C": 29, "T": 29}
 _NAME = re.compile("([DCT])(0|[1-9][0-9]{0,2})")
 
 
-class Memory(BaseModel):
+class Memory(AnswerModel):
     """A memory of the user program."""
 
     name: str
     value: int | None = Field(description="A timer counts tenths of a second down.")
 
 
-class MemoryList(BaseModel):
+class MemoryList(AnswerModel):
     """Memories of one bank."""
 
     body_id: str

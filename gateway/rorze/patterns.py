@@ -8,7 +8,7 @@ from pydantic import AfterValidator, BaseModel, Field, model_validator
 
 from gateway.core.errors import InvalidRequest
 from gateway.core.operation import Expectation, Rows
-from gateway.core.records import SentBack, example, require_same
+from gateway.core.records import AnswerModel, SentBack, example, require_same
 from gateway.core.rights import Right
 from gateway.rorze.bodies import Body
 from gateway.rorze.changes import ChangeStep, Flash, Item, SettingCodec, Wanted, as_expected, change, read
@@ -132,7 +132,7 @@ class PatternChange(PatternSentBack, json_schema_extra=example(deceleration_set=
     deceleration_set: AnySet | None = Field(default=None, description="0-29.")
 
 
-class SpeedChangeInfo(BaseModel):
+class SpeedChangeInfo(AnswerModel):
     """A change of speed as the body works it out."""
 
     point: int
@@ -146,14 +146,14 @@ class SpeedChangeInfo(BaseModel):
     speed: Scaled | None
 
 
-class PatternSets(BaseModel):
+class PatternSets(AnswerModel):
     """The speed parameter sets of a pattern."""
 
     acceleration_set: int
     deceleration_set: int
 
 
-class Pattern(BaseModel):
+class Pattern(AnswerModel):
     """An acceleration pattern as the body holds it in RAM."""
 
     body_id: str
@@ -177,7 +177,7 @@ class ChangedPattern(Pattern):
     steps: list[ChangeStep] = Field(description="Steps of the change, in order.")
 
 
-class PatternList(BaseModel):
+class PatternList(AnswerModel):
     """Acceleration patterns of a body."""
 
     body_id: str

@@ -8,12 +8,12 @@ from dataclasses import astuple
 from operator import attrgetter
 from typing import Annotated, Any, Final, Literal, NamedTuple, TypeVar
 
-from pydantic import BaseModel, Field, WithJsonSchema
+from pydantic import Field, WithJsonSchema
 
 from gateway.core.errors import ControllerRefused, InvalidRequest
 from gateway.core.exchange import Lane
 from gateway.core.move_record import CountedIn
-from gateway.core.records import Record, RequestModel, example
+from gateway.core.records import AnswerModel, Record, RequestModel, example
 from gateway.rorze.bodies import Body, Group, idle_bodies_of
 from gateway.rorze.changes import change, read
 from gateway.rorze.speed_sets import STANDARD, items_of, parameters_of, sets_item
@@ -297,7 +297,7 @@ def _slope(before: Knot, after: Knot) -> float:
 Planned = PlannedTrajectory | AlongPath
 
 
-class GroupPlan(BaseModel):
+class GroupPlan(AnswerModel):
     """A group's move that was checked and not sent."""
 
     group_id: str

@@ -11,10 +11,9 @@ from dataclasses import dataclass, field
 from math import inf
 from typing import Any, Final, Literal, NamedTuple, Protocol
 
-from pydantic import BaseModel
-
 from gateway.core.errors import Cancelled, ControllerRefused, GatewayError, NotSent, PowerCycled
 from gateway.core.exchange import Lane
+from gateway.core.records import AnswerModel
 from gateway.rorze.asked_body import Homed, is_mark, new_mark
 from gateway.rorze.knowledge import RENAMING, STARTS_PROGRAM, Tell, Tracker
 from gateway.rorze.session import Answered, RorzeExchange
@@ -83,7 +82,7 @@ SETTINGS_READ: Final = frozenset(filter(_asks_for_setting, COMMANDS))
 """The queries of what only a host can change, and no user program."""
 
 
-class PowerMemory(BaseModel):
+class PowerMemory(AnswerModel):
     """The facts of a body's power that are kept over restarts."""
 
     comment: int

@@ -9,7 +9,7 @@ from pydantic import BaseModel, Field, JsonValue
 
 from gateway.core.errors import BodyBusy, ControllerRefused, InvalidRequest
 from gateway.core.operation import Expectation, Rows
-from gateway.core.records import RequestModel, SentBack, example
+from gateway.core.records import AnswerModel, RequestModel, SentBack, example
 from gateway.core.rights import Right
 from gateway.rorze.asked_body import AskedBody, Homed
 from gateway.rorze.changes import ChangeStep, Flash, Item, Wanted, as_expected, change, read
@@ -38,7 +38,7 @@ B = TypeVar("B", bound=AskedBody)
 _PER: Final[Mapping[str | None, Per]] = {"pulse": "", "pps": "/s", "pps/s": "/s2"}
 
 
-class AboutSetting(BaseModel):
+class AboutSetting(AnswerModel):
     """The manual's words on a setting."""
 
     command: str = Field(description="The code that sets it.")
@@ -48,7 +48,7 @@ class AboutSetting(BaseModel):
     default: JsonValue = Field(description="Value when nothing was written to flash memory.")
 
 
-class BodySettings(BaseModel):
+class BodySettings(AnswerModel):
     """The settings of a body."""
 
     body_id: str
@@ -68,7 +68,7 @@ class BodySettings(BaseModel):
     about: dict[str, AboutSetting] = Field(description="Units, ranges, and values of the factory, by name.")
 
 
-class ChangedSettings(BaseModel):
+class ChangedSettings(AnswerModel):
     """Settings after a change, as they were read back."""
 
     body_id: str
@@ -329,7 +329,7 @@ NOISE_FILTERS: Final = "noise_filters"
 Filters = dict[FilteredInput | Sensor, Annotated[int, Field(ge=1, le=99)]]
 
 
-class NoiseFilters(BaseModel):
+class NoiseFilters(AnswerModel):
     """The time for which an input or a sensor has to hold a new level before it counts as changed."""
 
     body_id: str
@@ -369,7 +369,7 @@ async def change_noise_filters(
     return await change_settings(body, change, read_filters, expects, flash=flash)
 
 
-class LastHoming(BaseModel):
+class LastHoming(AnswerModel):
     """The outcome of the last search."""
 
     homed: Homed
@@ -377,7 +377,7 @@ class LastHoming(BaseModel):
     in_unit: Scaled | None
 
 
-class Homing(BaseModel):
+class Homing(AnswerModel):
     """How a body searches its origin."""
 
     body_id: str

@@ -4,11 +4,11 @@ from collections.abc import Mapping, Sequence
 from datetime import datetime
 from typing import Annotated, Any, Final, Literal, Self, get_args
 
-from pydantic import BaseModel, Field, model_validator
+from pydantic import Field, model_validator
 
 from gateway.core.errors import GatewayError
 from gateway.core.operation import Rows
-from gateway.core.records import RequestModel, SentBack, example
+from gateway.core.records import AnswerModel, RequestModel, SentBack, example
 from gateway.core.rights import Right
 from gateway.core.times import age_ms_of, utc_of
 from gateway.rorze.bodies import Body
@@ -43,7 +43,7 @@ CauseName = Annotated[
 ]
 
 
-class SignalState(BaseModel):
+class SignalState(AnswerModel):
     """An input or an output."""
 
     number: int
@@ -51,7 +51,7 @@ class SignalState(BaseModel):
     on: bool
 
 
-class SignalReading(BaseModel):
+class SignalReading(AnswerModel):
     """Signals as a controller has told them."""
 
     body_id: str
@@ -71,7 +71,7 @@ class BodyOutputs(SignalReading):
     outputs: list[SignalState]
 
 
-class SensorBits(BaseModel):
+class SensorBits(AnswerModel):
     """The sensors, bits of CLD (RC-420 manual 14)."""
 
     stall: bool
@@ -102,7 +102,7 @@ class OutputPulse(RequestModel, json_schema_extra=example(duration_ms=200)):
     duration_ms: int = Field(ge=1, lt=BILLION)
 
 
-class ErrorOutputState(BaseModel):
+class ErrorOutputState(AnswerModel):
     """The output that reports a cause of errors."""
 
     cause: Cause
@@ -112,7 +112,7 @@ class ErrorOutputState(BaseModel):
     standing: bool = Field(description="True if the cause has come, and was not taken back since.")
 
 
-class BodyErrorOutputs(BaseModel):
+class BodyErrorOutputs(AnswerModel):
     """The outputs that report errors."""
 
     body_id: str

@@ -7,7 +7,7 @@ from pydantic import BaseModel, Field, model_validator
 
 from gateway.core.errors import InvalidRequest
 from gateway.core.operation import Expectation, Rows
-from gateway.core.records import RequestModel, SentBack, example
+from gateway.core.records import AnswerModel, RequestModel, SentBack, example
 from gateway.core.rights import Right
 from gateway.rorze.asked_body import AskedBody
 from gateway.rorze.changes import ChangeStep, Flash, Item, SettingCodec, as_expected, change, plain, read
@@ -129,7 +129,7 @@ class SpeedSetWanted(SpeedSetChange, json_schema_extra=_EXAMPLE):
     falling_percent: Falling | None
 
 
-class InFlash(BaseModel):
+class InFlash(AnswerModel):
     """The parameters in flash memory."""
 
     start_speed_pps: int | None
@@ -139,7 +139,7 @@ class InFlash(BaseModel):
     falling_percent: int | None
 
 
-class SpeedSet(BaseModel):
+class SpeedSet(AnswerModel):
     """A speed parameter set as the body holds it in RAM; null is what was never set."""
 
     body_id: str
@@ -169,7 +169,7 @@ class ChangedSpeedSet(SpeedSet):
     steps: list[ChangeStep] = Field(description="Steps of the change, in order.")
 
 
-class SpeedSetList(BaseModel):
+class SpeedSetList(AnswerModel):
     """Speed parameter sets of a body."""
 
     body_id: str

@@ -3,10 +3,10 @@
 from fractions import Fraction
 from typing import Annotated, Literal, Self
 
-from pydantic import BaseModel, ConfigDict, Field, WithJsonSchema, model_validator
+from pydantic import ConfigDict, Field, WithJsonSchema, model_validator
 
 from gateway.core.errors import InvalidRequest
-from gateway.core.records import RequestModel, example
+from gateway.core.records import AnswerModel, RequestModel, example
 from protocols.wording import plain_number
 
 Per = Literal["", "/s", "/s2"]
@@ -19,7 +19,7 @@ _IN_BASE: dict[str, tuple[str, float]] = {
 }
 
 
-class Scale(BaseModel):
+class Scale(AnswerModel):
     """The number of pulses in one unit, for a body."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", strict=True)
@@ -67,7 +67,7 @@ class Scale(BaseModel):
         return self.pulses_per_unit * size / own_size
 
 
-class Scaled(BaseModel):
+class Scaled(AnswerModel):
     """A number of pulses, or of pulses per second, in the body's unit."""
 
     value: float

@@ -4,10 +4,12 @@ from dataclasses import dataclass
 from datetime import datetime
 from typing import Any, Final
 
-from pydantic import BaseModel, Field
+from pydantic import Field
+
+from gateway.core.records import AnswerModel
 
 
-class Entry(BaseModel):
+class Entry(AnswerModel):
     """An entry of the security log, as it stands in its file."""
 
     number: int = Field(

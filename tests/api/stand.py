@@ -8,7 +8,6 @@ from dataclasses import dataclass
 from typing import Any, Final, Protocol
 
 import httpx2
-from fastapi import FastAPI
 from httpx2 import ASGITransport, AsyncClient
 
 from api.app import Application, create_app
@@ -136,7 +135,7 @@ class Served(Protocol):
     """Something with a gateway's app."""
 
     @property
-    def app(self) -> FastAPI: ...
+    def app(self) -> Application: ...
 
 
 class _Reading(asyncio.Event):
@@ -153,7 +152,7 @@ class Socket:
     """A WebSocket client that speaks ASGI straight to the app, with an outlet as the server has it."""
 
     def __init__(
-        self, app: FastAPI, target: str, subprotocols: Sequence[str], headers: Mapping[str, str]
+        self, app: Application, target: str, subprotocols: Sequence[str], headers: Mapping[str, str]
     ) -> None:
         path, _, query = target.partition("?")
         self._scope = {

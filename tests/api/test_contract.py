@@ -15,11 +15,10 @@ from typing import Any, Final
 from urllib.parse import unquote_to_bytes, urlsplit
 
 import pytest
-from fastapi import FastAPI
 from hypothesis import HealthCheck, Phase, given, settings
 from hypothesis.errors import Unsatisfiable
 
-from api.app import create_app
+from api.app import Application, create_app
 from gateway.access.credentials import Credentials
 from gateway.config import parse
 from simulator.fics.layout import Layout
@@ -70,10 +69,10 @@ class Gateway:
         self._stack = AsyncExitStack()
         self.keys = Keys(folder)
         self.key = self.keys.header("admin")["authorization"]
-        self.app: FastAPI = self._loop.run_until_complete(self._open(self.keys.credentials))
+        self.app: Application = self._loop.run_until_complete(self._open(self.keys.credentials))
         self.asked: Counter[int] = Counter()
 
-    async def _open(self, credentials: Credentials) -> FastAPI:
+    async def _open(self, credentials: Credentials) -> Application:
         ports = {
             "tcp://127.0.0.1:1": Wire(build_line((0x00, 0x3F), 0.0)),
             "tcp://127.0.0.1:2": Cable(build_robot(Layout(units=2))),

@@ -8,9 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from random import Random
 
-from fastapi import FastAPI
-
-from api.app import create_app
+from api.app import Application, create_app
 from gateway.core.errors import GatewayError
 from protocols.rorze.moves import MoveClockwise, MoveCounterclockwise
 from tests.api.stand import socket
@@ -33,7 +31,7 @@ class Life:
     """A gateway between two restarts."""
 
     plant: TestedPlant
-    app: FastAPI
+    app: Application
 
     def text(self, number: int) -> str:
         return self.plant.events.event(number).json

@@ -7,9 +7,9 @@ from typing import Any, Final
 
 import httpx2
 import pytest
-from fastapi import FastAPI
 from httpx2 import AsyncClient
 
+from api.app import Application
 from tests.api.robots.cell import Cell, in_cell
 from tests.api.stand import Stand, on_stand
 
@@ -25,7 +25,7 @@ LONG: Final = ("/backup", "/stream", "/positions.csv", "/position-uploads")
 """Good requests of these take long, or never end."""
 
 
-def requests_of(app: FastAPI) -> Iterator[tuple[str, str, str]]:
+def requests_of(app: Application) -> Iterator[tuple[str, str, str]]:
     """Requests that are wrong in one place, mostly: each method, path with its query, and body."""
     document = app.openapi()
     for path, operations in document["paths"].items():
@@ -60,7 +60,7 @@ def wrong_values(document: dict[str, Any], operation: dict[str, Any]) -> Iterato
                     yield httpx2.Request("POST", "http://x", json={**example, name: value}).content.decode()
 
 
-async def walk(app: FastAPI, client: AsyncClient) -> int:
+async def walk(app: Application, client: AsyncClient) -> int:
     """Send all of them in both languages; gives how many sentences were read."""
     said: dict[str, str] = {}
     for method, path, body in requests_of(app):

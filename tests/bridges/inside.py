@@ -1,9 +1,9 @@
 """A gateway that a bridge asks within its own process: an application without a network."""
 
 import httpx
-from fastapi import FastAPI
 from motion_gateway_client import AsyncGateway
 
+from api.app import Application
 from bridges.common.callers import Doors
 from bridges.common.settings import GatewayTable
 from tests.api.stand import HOST
@@ -12,7 +12,7 @@ from tests.api.stand import HOST
 class DoorsInside(Doors):
     """Open to an application without a network."""
 
-    def __init__(self, app: FastAPI) -> None:
+    def __init__(self, app: Application) -> None:
         super().__init__(GatewayTable(url=f"http://{HOST}"))
         self._app = app
 

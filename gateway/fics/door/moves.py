@@ -7,7 +7,7 @@ from pydantic import BaseModel, Field
 from gateway.core.move_record import MoveRecord
 from gateway.core.operation import PlainText, Rows, Wait
 from gateway.core.origin import current
-from gateway.core.records import RequestModel, example
+from gateway.core.records import AnswerModel, RequestModel, example
 from gateway.core.rights import Right
 from gateway.core.targets import Result, Target
 from gateway.door import moving
@@ -37,7 +37,7 @@ class MacroRunRequest(RequestModel, json_schema_extra=example(unit=1, arguments=
     arguments: Arguments | None = Field(default=None, description="Up to four numbers; null leaves one out.")
 
 
-class RobotMoveList(BaseModel):
+class RobotMoveList(AnswerModel):
     """Moves of a unit, newest first."""
 
     moves: list[RobotMove]

@@ -4,11 +4,11 @@ import re
 from collections.abc import Sequence
 from typing import Annotated, Final, NamedTuple
 
-from pydantic import BaseModel, Field
+from pydantic import Field
 
 from gateway.core.errors import InvalidRequest
 from gateway.core.operation import Expectation, PlainText, Rows
-from gateway.core.records import RequestModel, SentBack, example
+from gateway.core.records import AnswerModel, RequestModel, SentBack, example
 from gateway.core.rights import Right
 from gateway.door.csv_tables import CSV, Row, Table, csv_of, read_table
 from gateway.fics.amounts import Amounts, AxisValue, numbers
@@ -69,7 +69,7 @@ class PositionUpload(
     positions: Annotated[list[PositionEntry], Field(max_length=LAST_POSITION)]
 
 
-class StoredEntry(BaseModel):
+class StoredEntry(AnswerModel):
     """A stored position."""
 
     number: int
@@ -78,7 +78,7 @@ class StoredEntry(BaseModel):
     )
 
 
-class PositionTable(BaseModel):
+class PositionTable(AnswerModel):
     """Stored positions of a unit."""
 
     robot_id: str
@@ -90,7 +90,7 @@ class PositionTable(BaseModel):
     )
 
 
-class Uploaded(BaseModel):
+class Uploaded(AnswerModel):
     """Positions that were stored."""
 
     robot_id: str

@@ -3,11 +3,11 @@
 from datetime import datetime
 from typing import Annotated, Final, Literal
 
-from pydantic import BaseModel, Field
+from pydantic import Field
 
 from gateway.core.line_state import LineState
 from gateway.core.operation import Rows
-from gateway.core.records import RequestModel, example
+from gateway.core.records import AnswerModel, RequestModel, example
 from gateway.core.rights import Right
 from gateway.core.targets import Target
 from gateway.core.times import age_ms_of, utc_of
@@ -37,7 +37,7 @@ _MOTIONS: dict[int, Motion] = {
 }
 
 
-class AxisInfo(BaseModel):
+class AxisInfo(AnswerModel):
     """An axis as it is configured."""
 
     name: str
@@ -45,7 +45,7 @@ class AxisInfo(BaseModel):
     speed_unit: str
 
 
-class UnitInfo(BaseModel):
+class UnitInfo(AnswerModel):
     """A unit of a robot as the gateway knows it, without asking it."""
 
     robot_id: str
@@ -59,7 +59,7 @@ class UnitInfo(BaseModel):
     move_id: str | None = Field(description="The move that is not over yet.")
 
 
-class RobotInfo(BaseModel):
+class RobotInfo(AnswerModel):
     """A robot as the gateway knows it, without asking it."""
 
     robot_id: str
@@ -97,13 +97,13 @@ class ModeChange(RequestModel, json_schema_extra=example(mode=3)):
     mode: Literal[2, 3] = Field(description="3; or 2, in which most commands are silent.")
 
 
-class RobotList(BaseModel):
+class RobotList(AnswerModel):
     """All robots of the configuration."""
 
     robots: list[RobotInfo]
 
 
-class AxisPlace(BaseModel):
+class AxisPlace(AnswerModel):
     """Where an axis stands."""
 
     value: float | None = Field(description="Coordinate; null while the robot does not know it.")
@@ -114,7 +114,7 @@ class AxisPlace(BaseModel):
     )
 
 
-class UnitPosition(BaseModel):
+class UnitPosition(AnswerModel):
     """Where the axes of a unit stand."""
 
     robot_id: str
@@ -125,7 +125,7 @@ class UnitPosition(BaseModel):
     age_ms: float = Field(description="Age of the answer in ms when it was passed on.")
 
 
-class AxisState(BaseModel):
+class AxisState(AnswerModel):
     """How a motor axis is (C-HOST manual 2-10, 2-11)."""
 
     motion: Motion = Field(description="stopped: by the stop input or an immediate stop.")
@@ -139,7 +139,7 @@ class AxisState(BaseModel):
     sensors: AxisSensors
 
 
-class UnitStatus(BaseModel):
+class UnitStatus(AnswerModel):
     """How a unit is."""
 
     robot_id: str
@@ -152,7 +152,7 @@ class UnitStatus(BaseModel):
     age_ms: float
 
 
-class RobotErrors(BaseModel):
+class RobotErrors(AnswerModel):
     """The errors of a robot that stand."""
 
     robot_id: str
@@ -249,7 +249,7 @@ async def acknowledge_power_cycle(plant: Plant, robot: Robot) -> RobotInfo:
     return _info(robot)
 
 
-class MacroInfo(BaseModel):
+class MacroInfo(AnswerModel):
     """A macro by its name."""
 
     name: str
@@ -257,7 +257,7 @@ class MacroInfo(BaseModel):
     refused: bool = Field(description="True if the robot refused it as unknown at the last call.")
 
 
-class MacroList(BaseModel):
+class MacroList(AnswerModel):
     """The macros that are known: a robot cannot be asked for their names."""
 
     robot_id: str

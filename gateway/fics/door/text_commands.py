@@ -3,10 +3,10 @@
 from collections.abc import Mapping
 from typing import Annotated, Any, Final
 
-from pydantic import BaseModel, Field
+from pydantic import Field
 
 from gateway.core.operation import Rows, Wait
-from gateway.core.records import RequestModel, example
+from gateway.core.records import AnswerModel, RequestModel, example
 from gateway.core.rights import Right
 from gateway.core.targets import CommandReplies, Target
 from gateway.door.doing import do_text
@@ -25,7 +25,7 @@ class RobotRawRequest(RequestModel, json_schema_extra=example(text="VER")):
     text: Annotated[str, Field(pattern=r"^[0-9A-Z]{3}( [ -~]*)?$", max_length=250, examples=["VER"])]
 
 
-class RobotRawReply(BaseModel):
+class RobotRawReply(AnswerModel):
     """The bytes that were sent, and the answers to them."""
 
     robot_id: str

@@ -5,13 +5,13 @@ from collections.abc import Mapping, Sequence
 from datetime import datetime
 from typing import Annotated, Any, Final, Literal, Self
 
-from pydantic import BaseModel, Field, WithJsonSchema, model_validator
+from pydantic import Field, WithJsonSchema, model_validator
 from typing_extensions import TypedDict
 
 from gateway.core.errors import GatewayError
 from gateway.core.move_record import CountedIn, Move
 from gateway.core.operation import Rows, Wait
-from gateway.core.records import RequestModel, SentBack, example, require_same
+from gateway.core.records import AnswerModel, RequestModel, SentBack, example, require_same
 from gateway.core.rights import Right
 from gateway.core.targets import CommandReplies, Target
 from gateway.core.times import age_ms_of, utc_of
@@ -119,7 +119,7 @@ class BodyList(TypedDict):
     bodies: list[BodyInfo]
 
 
-class Position(BaseModel):
+class Position(AnswerModel):
     """Where a motor stands."""
 
     body_id: str
@@ -168,7 +168,7 @@ class PositionToCall(SentBack, json_schema_extra=example(value=0, unit="pulse"))
         return self.pulses
 
 
-class StatusBits(BaseModel):
+class StatusBits(AnswerModel):
     """The bits of 9CD (RC-420 manual 13.8.1). The errors stay until they are cleared."""
 
     pulses_running: bool
@@ -181,14 +181,14 @@ class StatusBits(BaseModel):
     communication_error: bool
 
 
-class Unanswered(BaseModel):
+class Unanswered(AnswerModel):
     """A body that did not answer."""
 
     body_id: str
     detail: str = Field(description="Why.")
 
 
-class LinePositions(BaseModel):
+class LinePositions(AnswerModel):
     """Where all motors of a line stand."""
 
     line_id: str
@@ -196,7 +196,7 @@ class LinePositions(BaseModel):
     unanswered: list[Unanswered]
 
 
-class MotorStatus(BaseModel):
+class MotorStatus(AnswerModel):
     """The controller status of a body."""
 
     body_id: str
@@ -206,7 +206,7 @@ class MotorStatus(BaseModel):
     age_ms: float = Field(description="Age of the answer in ms when it was passed on.")
 
 
-class LineStatuses(BaseModel):
+class LineStatuses(AnswerModel):
     """The controller status of all bodies of a line."""
 
     line_id: str
@@ -214,14 +214,14 @@ class LineStatuses(BaseModel):
     unanswered: list[Unanswered]
 
 
-class StallFound(BaseModel):
+class StallFound(AnswerModel):
     """A STALL error that stands: moves are refused until it is cleared or the axis homed."""
 
     finder: StallFinder = Field(description="Finder that raised it: QRD or PRD tells of it.")
     reset: str = Field(description="The route that clears it: POST, with {}.")
 
 
-class BodyStatus(BaseModel):
+class BodyStatus(AnswerModel):
     """The state of a controller."""
 
     body_id: str
@@ -237,7 +237,7 @@ class BodyStatus(BaseModel):
     age_ms: float
 
 
-class SpeedAccepted(BaseModel):
+class SpeedAccepted(AnswerModel):
     """The controller has accepted a change of speed."""
 
     body_id: str
@@ -425,7 +425,7 @@ class RawRequest(RequestModel, json_schema_extra=example(text="6PD")):
     text: Annotated[str, Field(pattern=r"^[0-9A-Z*+/-]{3}[ -%'-~]*$", max_length=58, examples=["6PD"])]
 
 
-class RawReply(BaseModel):
+class RawReply(AnswerModel):
     """The answer to a command as text."""
 
     body_id: str

@@ -4,15 +4,16 @@ from collections.abc import Iterator
 from functools import cache
 from typing import Literal
 
-from pydantic import BaseModel, Field
+from pydantic import Field
 
+from gateway.core.records import AnswerModel
 from gateway.door.command_info import CommandInfoBase, shared
 from protocols.rorze.commands import COMMANDS, Row
 from protocols.rorze.errors import lookup
 from protocols.rorze.row import MODE_NAMES, LinkMasterCommand, ModeName
 
 
-class CommandError(BaseModel):
+class CommandError(AnswerModel):
     """An error with which a controller may refuse a command (RC-420 manual 21)."""
 
     code: str

@@ -2,12 +2,12 @@
 
 from typing import Annotated, Final
 
-from pydantic import AfterValidator, BaseModel, Field
+from pydantic import AfterValidator, Field
 
 from gateway.core.errors import Ambiguous, NotFound
 from gateway.core.operation import Rows
 from gateway.core.parts import numbered_address
-from gateway.core.records import SentBack, example
+from gateway.core.records import AnswerModel, SentBack, example
 from gateway.core.rights import Right
 from gateway.core.tables import check_printable
 from gateway.door.caller import require, sees
@@ -19,7 +19,7 @@ from protocols.rorze.link_master import MOST_MEMBERS
 ROWS: Final = Rows("groups")
 
 
-class GroupInfo(BaseModel):
+class GroupInfo(AnswerModel):
     """A group and its members."""
 
     group_id: str = Field(description="Unique address, such as arm.80.")
@@ -28,7 +28,7 @@ class GroupInfo(BaseModel):
     members: list[str] = Field(description="Addresses of the bodies, in the order of their replies.")
 
 
-class GroupList(BaseModel):
+class GroupList(AnswerModel):
     """All groups."""
 
     groups: list[GroupInfo]

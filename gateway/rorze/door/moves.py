@@ -7,6 +7,7 @@ from pydantic import BaseModel
 from gateway.core.move_record import Move, MoveRecord
 from gateway.core.operation import PlainText, Rows, Wait
 from gateway.core.origin import current
+from gateway.core.records import AnswerModel
 from gateway.core.rights import Right
 from gateway.core.targets import Opened, Result, Stopped, Target
 from gateway.door import moving, stopping
@@ -27,7 +28,7 @@ SAMPLES: Final = Rows("samples")
 SAMPLES_AS_CSV: Final = Rows("samples")
 
 
-class MoveList(BaseModel):
+class MoveList(AnswerModel):
     """Moves of a body, newest first."""
 
     moves: list[Move]

@@ -5,11 +5,11 @@ from collections.abc import Mapping, Sequence
 from functools import partial
 from typing import Annotated, Any, Final, Self
 
-from pydantic import BaseModel, Field, model_validator
+from pydantic import Field, model_validator
 
 from gateway.core.errors import InvalidRequest
 from gateway.core.operation import Expectation, PlainText, Rows, Wait
-from gateway.core.records import RequestModel, SentBack, example, require_same
+from gateway.core.records import AnswerModel, RequestModel, SentBack, example, require_same
 from gateway.core.rights import Right
 from gateway.core.tables import Name
 from gateway.core.works import Jobs
@@ -91,7 +91,7 @@ class PositionName(RequestModel, json_schema_extra=example(name="unload")):
     name: Name | None = Field(description="Name of the position; null takes the name away.")
 
 
-class PositionLabel(BaseModel):
+class PositionLabel(AnswerModel):
     """The name that a position has now."""
 
     body_id: str
@@ -99,7 +99,7 @@ class PositionLabel(BaseModel):
     name: str | None
 
 
-class BodyPositions(BaseModel):
+class BodyPositions(AnswerModel):
     """Stored positions of a body."""
 
     body_id: str

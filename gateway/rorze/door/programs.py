@@ -2,12 +2,12 @@
 
 from typing import Annotated, Any, Final, Self
 
-from pydantic import BaseModel, BeforeValidator, Field, model_validator
+from pydantic import BeforeValidator, Field, model_validator
 
 from gateway.core.aside import aside
 from gateway.core.errors import InvalidText, Misplaced
 from gateway.core.operation import Rows, Wait
-from gateway.core.records import RequestModel, SentBack, example
+from gateway.core.records import AnswerModel, RequestModel, SentBack, example
 from gateway.core.rights import Right
 from gateway.core.works import Jobs
 from gateway.door.records import list_records
@@ -29,7 +29,7 @@ MOST_TOLD: Final = 100
 Flash = Annotated[bool, Field(description="Size in bytes of a full program of 6039 steps, with comments.")]
 
 
-class Program(BaseModel):
+class Program(AnswerModel):
     """The user program that a body holds in RAM."""
 
     body_id: str

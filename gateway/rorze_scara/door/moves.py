@@ -2,11 +2,10 @@
 
 from typing import Final
 
-from pydantic import BaseModel
-
 from gateway.core.move_record import MoveRecord
 from gateway.core.operation import Rows, Wait
 from gateway.core.origin import current
+from gateway.core.records import AnswerModel
 from gateway.core.rights import Right
 from gateway.core.targets import BegunMoves, Stopped, Target
 from gateway.door import moving, stopping
@@ -23,7 +22,7 @@ from gateway.rorze_scara.scara import Scara
 ROWS: Final = Rows("scara moves")
 
 
-class ScaraMoveList(BaseModel):
+class ScaraMoveList(AnswerModel):
     """Moves of a robot, newest first."""
 
     moves: list[ScaraMove]

@@ -4,10 +4,10 @@ from collections.abc import Mapping, Sequence
 from datetime import datetime
 from typing import Annotated, Final, Literal
 
-from pydantic import BaseModel, Field
+from pydantic import Field
 
 from gateway.core.operation import Rows
-from gateway.core.records import RequestModel, SentBack, example
+from gateway.core.records import AnswerModel, RequestModel, SentBack, example
 from gateway.core.rights import Right
 from gateway.core.times import age_ms_of, utc_of
 from gateway.door.caller import sees
@@ -30,7 +30,7 @@ PathNumber = Annotated[
 ]
 
 
-class ScaraAxis(BaseModel):
+class ScaraAxis(AnswerModel):
     """An axis of a robot, and the body that drives it."""
 
     axis: int = Field(description="0 is the base, 1 the arm, 2 the finger.")
@@ -38,7 +38,7 @@ class ScaraAxis(BaseModel):
     position: int | None = Field(description="Position in pulses, as last read.")
 
 
-class ScaraInfo(BaseModel):
+class ScaraInfo(AnswerModel):
     """A SCARA robot as the gateway knows it, without asking it."""
 
     scara_id: str
@@ -57,7 +57,7 @@ class ScaraInfo(BaseModel):
     own_path: int = Field(description="The stored path that the gateway overwrites for its lines.")
 
 
-class ScaraList(BaseModel):
+class ScaraList(AnswerModel):
     """All SCARA robots of the configuration."""
 
     scaras: list[ScaraInfo]
@@ -117,7 +117,7 @@ class ControllerGeometry(Geometry):
     agrees: bool = Field(description="True if it equals the geometry in the configuration.")
 
 
-class ScaraGeometry(BaseModel):
+class ScaraGeometry(AnswerModel):
     """The geometry as it is configured and as the controllers hold it."""
 
     scara_id: str
@@ -157,7 +157,7 @@ class PathDefinition(
     )
 
 
-class StoredPoint(BaseModel):
+class StoredPoint(AnswerModel):
     """A point of a path as the controllers hold it."""
 
     x: Micrometres | None
@@ -166,7 +166,7 @@ class StoredPoint(BaseModel):
     place: Literal["center"] | None
 
 
-class StoredPath(BaseModel):
+class StoredPath(AnswerModel):
     """A path as the controllers hold it."""
 
     scara_id: str

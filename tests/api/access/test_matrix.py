@@ -10,14 +10,14 @@ from pathlib import Path
 from typing import Any, Final
 
 import pytest
-from fastapi import FastAPI
 from httpx2 import ASGITransport, AsyncClient
 from starlette.routing import BaseRoute
 from starlette.types import Message, Scope
 
-from api.app import create_app
+from api.app import Application, create_app
 from api.common.access import Access
 from api.common.routes import SocketRoute
+from api.walker import Walker
 from gateway.access.roles import Role
 from gateway.core.errors import GatewayError
 from gateway.core.rights import RIGHT_OF, Right
@@ -360,12 +360,15 @@ def row_of(method: str, path: str) -> Row:
     return Row(method, path, RIGHT_OF[EFFECTS[path.rpartition("/")[2]]], kind)
 
 
-def routes_of(app: FastAPI) -> Iterator[tuple[str, str]]:
-    def every(routes: list[BaseRoute]) -> Iterator[BaseRoute]:
-        for route in routes:
+def every(routes: list[BaseRoute]) -> Iterator[BaseRoute]:
+    for route in routes:
+        if isinstance(route, Walker):
+            yield from route.routes
+        else:
             yield route
-            yield from every(getattr(route, "routes", None) or [])
 
+
+def routes_of(app: Application) -> Iterator[tuple[str, str]]:
     for route in every(app.routes):
         if isinstance(route, SocketRoute):
             yield "WEBSOCKET", route.path
@@ -381,21 +384,21 @@ def keys(tmp_path: Path) -> Keys:
 
 
 @pytest.fixture
-def app(keys: Keys) -> FastAPI:
+def app(keys: Keys) -> Application:
     plant = whole_plant()
     app = create_app(plant, keys.credentials)
     app.access = Probing(plant)
     return app
 
 
-def test_every_route_has_a_row_and_every_row_a_route(app: FastAPI) -> None:
+def test_every_route_has_a_row_and_every_row_a_route(app: Application) -> None:
     there = {route for route in routes_of(app) if "/commands/" not in route[1]}
     assert there == set(written())
     assert len(list(routes_of(app))) > 450
 
 
-def test_a_row_says_what_its_route_says(app: FastAPI) -> None:
-    for route in app.routes:
+def test_a_row_says_what_its_route_says(app: Application) -> None:
+    for route in every(app.routes):
         for method, path in routes_of_one(route):
             assert row_of(method, path).right is route.right, path  # type: ignore[attr-defined]
 
@@ -406,7 +409,7 @@ def routes_of_one(route: BaseRoute) -> Iterator[tuple[str, str]]:
     return ((method, path) for method in methods if method != "HEAD")
 
 
-async def asked(app: FastAPI, row: Row, headers: Mapping[str, str]) -> int:
+async def asked(app: Application, row: Row, headers: Mapping[str, str]) -> int:
     """Ask without a client, which takes longer than the gateway; a body that is read fails the test."""
     path, _, query = row.target.partition("?")
     websocket = row.method == "WEBSOCKET"
@@ -436,7 +439,7 @@ async def asked(app: FastAPI, row: Row, headers: Mapping[str, str]) -> int:
     return int(head["status"])
 
 
-def test_the_matrix(app: FastAPI, keys: Keys) -> None:
+def test_the_matrix(app: Application, keys: Keys) -> None:
     """Each cell has its expected status, and no body is read before."""
     wrong: list[str] = []
     cells = 0
@@ -464,7 +467,7 @@ def test_the_matrix(app: FastAPI, keys: Keys) -> None:
 @pytest.mark.parametrize(
     "query", ["", "?bodies=", "?bodies=arm.3F&bodies=", "?bodies=arm.3F,", "?bodies=arm.3F,leg.00"]
 )
-def test_events_of_more_than_the_scope_are_refused(app: FastAPI, keys: Keys, query: str) -> None:
+def test_events_of_more_than_the_scope_are_refused(app: Application, keys: Keys, query: str) -> None:
     async def run() -> None:
         transport = ASGITransport(app, raise_app_exceptions=False)
         async with AsyncClient(transport=transport, base_url=f"http://{HOST}") as client:

@@ -4,7 +4,6 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from api import walker
 from gateway.door import commands
 from gateway.rorze.family import Rorze
 from protocols.rorze.commands import COMMANDS, Row
@@ -16,7 +15,7 @@ READS = [row for row in COMMANDS.values() if row.retry is Retry.READ and not row
 
 
 def test_every_row_has_its_routes() -> None:
-    paths = {route.path for route in walker.routes(commands.rows_of(Rorze), [])}
+    paths = {row.path for row in commands.rows_of(Rorze)}
     for row in COMMANDS.values():
         to_line = issubclass(row, LinkMasterCommand)
         places = ["lines/{line_id}"] if to_line else ["bodies/{body_id}", "groups/{group_id}"]

@@ -10,8 +10,8 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from api.common.entrance import Entrance
 from api.common.request_ids import RequestIds
-from api.common.route_index import RouteIndex
 from api.common.security import SameSite
+from api.walker import Walker
 from gateway.core.errors import GatewayError, NotSent
 
 HERE = [(b"host", b"127.0.0.1")]
@@ -27,9 +27,8 @@ async def _tell_fault(_: Request, _error: Exception) -> Response:
 
 def asked(app: ASGIApp, headers: list[tuple[bytes, bytes]] = HERE, kind: str = "http") -> list[Message]:
     """The messages of an answer where all requests go to `app`; its own faults come through."""
-    entrance = Entrance(
-        SameSite([], []), RouteIndex([], app), {GatewayError: _tell_known, Exception: _tell_fault}
-    )
+    tellings = {GatewayError: _tell_known, Exception: _tell_fault}
+    entrance = Entrance(SameSite([], []), Walker([]), app, tellings)
     said: list[Message] = []
 
     async def send(message: Message) -> None:

@@ -1,8 +1,8 @@
 """Entity tags: who has read something else than there is now does not change it."""
 
 import pytest
-from fastapi import Request
 from pydantic import BaseModel
+from starlette.requests import Request
 
 from api.common.etags import etag_of, header_of, matching
 from gateway.core.errors import Outdated

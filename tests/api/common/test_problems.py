@@ -5,13 +5,12 @@ from typing import Annotated, Any, Literal
 
 import httpx2
 import pytest
-from fastapi import FastAPI, Request
 from httpx2 import ASGITransport, AsyncClient
 from pydantic import BaseModel, Field
+from starlette.requests import Request
 
-from api.common.problems import MEDIA_TYPE, RETRY_AFTER_S, install, wants_japanese
-from api.common.routes import Router
-from api.common.strict_json import StrictRoute
+from api.app import Application, create_app
+from api.common.problems import MEDIA_TYPE, RETRY_AFTER_S, wants_japanese
 from gateway import texts
 from gateway.core.errors import (
     Ambiguous,
@@ -34,6 +33,7 @@ from gateway.core.errors import (
     QueueFull,
     StoppedFirst,
 )
+from gateway.core.operation import Rows
 from gateway.core.rights import Right
 from gateway.door.problems import TYPE_PREFIX, problem_of
 from gateway.fics.errors import RobotFailed, RobotOffline
@@ -47,7 +47,7 @@ from protocols.fics.status import GetAxisStatus
 from protocols.rorze.encoder import SetEncoderRatio
 from protocols.rorze.moves import MoveClockwise
 from protocols.rorze.position import GetPosition
-from tests.open_access import AnyAccess
+from tests.api.small import HERE, small_plant
 
 DETAIL = "This happened; nothing was sent."
 
@@ -243,39 +243,40 @@ class Order(BaseModel):
     shape: Annotated[Round | Square, Field(discriminator="kind")]
 
 
-def shop() -> FastAPI:
-    app = FastAPI()
-    install(app)
+SHOP = Rows("orders")
 
-    @app.get("/down/{name}")
-    async def down(name: str) -> None:
-        raise PortNotOpen(DETAIL, "Wait.")
 
-    @app.get("/refused")
-    async def refuse() -> None:
-        raise refused(0x50)
+@SHOP.get("/down/{name}", Right.OPEN)
+async def down(name: str) -> None:
+    raise PortNotOpen(DETAIL, "Wait.")
 
-    @app.get("/fault")
-    async def fault() -> None:
-        raise ZeroDivisionError("a secret")
 
-    app.access = AnyAccess()  # type: ignore[attr-defined]  # the gateway's application has it
-    router = Router("orders", StrictRoute)
+@SHOP.get("/refused", Right.OPEN)
+async def refuse() -> None:
+    raise refused(0x50)
 
-    @router.get("/orders", Right.OPEN)
-    async def list_orders(*, count: int) -> None: ...
 
-    @router.post("/orders", Right.OPEN)
-    async def order(order: Order, *, count: int = 1) -> None: ...
+@SHOP.get("/fault", Right.OPEN)
+async def fault() -> None:
+    raise ZeroDivisionError("a secret")
 
-    app.router.routes.extend(router.routes)
-    return app
+
+@SHOP.get("/orders", Right.OPEN)
+async def list_orders(*, count: int) -> None: ...
+
+
+@SHOP.post("/orders", Right.OPEN)
+async def order(order: Order, *, count: int = 1) -> None: ...
+
+
+def shop() -> Application:
+    return create_app(small_plant(mode="open"), besides=SHOP)
 
 
 @pytest.fixture
 async def client(anyio_backend: str) -> AsyncIterator[AsyncClient]:
     transport = ASGITransport(shop(), raise_app_exceptions=False)
-    async with AsyncClient(transport=transport, base_url="http://shop") as client:
+    async with AsyncClient(transport=transport, base_url=HERE) as client:
         yield client
 
 

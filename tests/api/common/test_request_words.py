@@ -11,7 +11,6 @@ from hypothesis import strategies as st
 
 from api.app import create_app
 from api.common.faults import faults_of
-from api.common.strict_json import StrictRoute
 from gateway.config import Config
 from gateway.plant import Plant
 from tests.api.stand import Stand, on_stand
@@ -40,11 +39,11 @@ def bodies_of_requests() -> list[tuple[Any, list[Any]]]:
     app = create_app(Plant(Config.model_validate({"lines": [LINE]})))
     paths = app.openapi()["paths"]
     found = []
-    for route in app.routes:
-        if isinstance(route, StrictRoute) and route.call.body is not None and route.in_document:
-            method = next(iter(route.methods or ()))
-            content = paths[route.path_format][method.lower()]["requestBody"]["content"]["application/json"]
-            found.append((route.call.body, [it["value"] for it in content["examples"].values()] or [{}]))
+    for row in app.rows.routes:
+        body, operation = row.call.body, row.operation
+        if body is not None and body.name and operation.documented and operation.media is None:
+            content = paths[row.path][operation.verb.lower()]["requestBody"]["content"]["application/json"]
+            found.append((body, [it["value"] for it in content["examples"].values()] or [{}]))
     return found
 
 

@@ -4,10 +4,11 @@ import asyncio
 from datetime import UTC, datetime, timedelta
 
 import pytest
-from fastapi import Request
 from pydantic import ValidationError
+from starlette.requests import Request
 
-from api.common.requests import json_response, wait_headers, wait_s
+from api.common.requests import wait_s
+from api.common.responses import json_response, wait_headers
 from gateway.core.operation import MAX_WAIT_S
 from gateway.core.records import RequestModel
 from gateway.core.times import age_ms_of, utc_of

@@ -3,21 +3,20 @@
 import json
 
 import pytest
-from fastapi import FastAPI
-from fastapi import Response as Answer
 from httpx2 import Response
 from hypothesis import given
 from hypothesis import strategies as st
 from starlette.testclient import TestClient
 
-from api.common import problems
-from api.common.requests import new_router
-from api.common.strict_json import MAX_BODY_BYTES
+from api.common.calling import MAX_BODY_BYTES
+from gateway.core.operation import Rows
 from gateway.core.records import RequestModel
 from gateway.core.rights import Right
 from gateway.door.strict_json import MAX_DEPTH, MAX_ITEMS, MAX_KEYS, parse
+from tests.api.small import client_of
 from tests.gateway.door.test_strict_json import JSON
-from tests.open_access import AnyAccess
+
+ROWS = Rows("test")
 
 
 class Pulses(RequestModel):
@@ -26,18 +25,13 @@ class Pulses(RequestModel):
     pulses: int
 
 
+@ROWS.post("/pulses", Right.OPERATE, whole_plant=True)
+async def take_pulses(body: Pulses) -> int:
+    return body.pulses
+
+
 def client() -> TestClient:
-    app = FastAPI()
-    app.access = AnyAccess()  # type: ignore[attr-defined]  # the gateway's application has it
-    problems.install(app)
-    router = new_router("test")
-
-    @router.post("/pulses", Right.OPERATE)
-    async def take_pulses(body: Pulses) -> Answer:
-        return Answer(str(body.pulses))
-
-    app.router.routes[:0] = router.routes
-    return TestClient(app, raise_server_exceptions=False)
+    return client_of(ROWS)
 
 
 CLIENT = client()

@@ -9,7 +9,7 @@ from hashlib import sha256
 from threading import current_thread
 
 import pytest
-from fastapi import Request
+from starlette.requests import Request
 
 from api.common.schemas import core_of
 from api.front.documents import Document

@@ -5,10 +5,9 @@ from dataclasses import dataclass
 from typing import Any
 
 import httpx2
-from fastapi import FastAPI
 from httpx2 import ASGITransport, AsyncClient
 
-from api.app import create_app
+from api.app import Application, create_app
 from tests.api.stand import HOST
 from tests.fics_plants import FicsRig, fics_rig
 from tests.virtual_time import run_virtual
@@ -27,7 +26,7 @@ class Cell:
     """All that a story needs."""
 
     rig: FicsRig
-    app: FastAPI
+    app: Application
     client: AsyncClient
 
     async def post(self, path: str, content: object = None, **headers: str) -> httpx2.Response:

@@ -2,7 +2,6 @@
 
 import pytest
 
-from api import walker
 from gateway.door import commands
 from gateway.fics.family import Fics
 from protocols.fics.commands import ROWS, Row, of_the_robot
@@ -18,7 +17,7 @@ def place(row: Row) -> str:
 
 
 def test_every_row_has_one_route() -> None:
-    paths = [route.path for route in walker.routes(commands.rows_of(Fics), [])]
+    paths = [row.path for row in commands.rows_of(Fics)]
     for row in ROWS:
         assert len([path for path in paths if path.endswith(f"/commands/{row.name()}")]) == 1
     assert len(paths) == len(ROWS)

@@ -12,9 +12,8 @@ from typing import Any, Final
 
 import pytest
 from aiomqtt import Message
-from fastapi import FastAPI
 
-from api.app import create_app
+from api.app import Application, create_app
 from bridges.common.callers import Caller, Callers
 from bridges.common.state import Figures
 from bridges.mqtt.commands import SECRETS, Commands
@@ -35,7 +34,7 @@ Scope = tuple[str, ...] | None
 class Everybody(Callers):
     """A caller for each role and scope, named by both."""
 
-    def __init__(self, app: FastAPI, keys: Keys) -> None:
+    def __init__(self, app: Application, keys: Keys) -> None:
         self._app, self._keys = app, keys
         self._made: dict[str, Caller] = {}
 
@@ -57,7 +56,7 @@ def command(who: str, path: str) -> Message:
     return Message(f"{ROOT}/cmd/{who}{path}", b"{}", 1, False, 1, properties)  # type: ignore[arg-type]
 
 
-def cells(app: FastAPI, most: int | None) -> Iterator[tuple[Row, Role, Scope]]:
+def cells(app: Application, most: int | None) -> Iterator[tuple[Row, Role, Scope]]:
     """Each path of the API, as a command would ask for it; `most` scopes on each side."""
     # The page at / has no topic: a command has to name a path.
     routes = sorted((it for it in routes_of(app) if it[1] != "/"), key=lambda it: it[0] == "POST")

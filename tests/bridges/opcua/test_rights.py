@@ -9,9 +9,8 @@ from typing import Any, Final
 
 import pytest
 from asyncua import ua
-from fastapi import FastAPI
 
-from api.app import create_app
+from api.app import Application, create_app
 from bridges.common.callers import Caller, Callers
 from bridges.common.mirror import Mirror
 from bridges.common.state import Figures
@@ -152,7 +151,7 @@ class Served:
         return [it.model_dump(mode="json") for it in self._plant.alarms.standing()]
 
 
-async def by_http(app: FastAPI, operation: str, headers: dict[str, str]) -> int:
+async def by_http(app: Application, operation: str, headers: dict[str, str]) -> int:
     method, _, path = operation.partition(" ")
     return await asked(app, Row(method, path, Right.VIEW, "any"), headers)
 
