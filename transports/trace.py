@@ -6,15 +6,16 @@ from datetime import UTC, datetime, timedelta
 from typing import Annotated, Final, Literal, NamedTuple
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, PlainSerializer, WithJsonSchema
+from typing_extensions import TypeAliasType
 
-Kind = Literal["rx", "tx", "opened", "lost", "closed"]
+TraceKind = TypeAliasType("TraceKind", Literal["rx", "tx", "opened", "lost", "closed"])
 
 Sender = tuple[str | None, str | None]
 """The caller of a frame, and the id of its request; None where it is not told."""
 NOBODY: Final[Sender] = (None, None)
 
 # A trace entry as it is kept, not formatted before somebody asks: wall ns, monotonic ns, kind, data, sender.
-Record = tuple[int, int, Kind, bytes, str | None, str | None]
+Record = tuple[int, int, TraceKind, bytes, str | None, str | None]
 
 _EPOCH = datetime(1970, 1, 1, tzinfo=UTC)
 _ESCAPED = re.compile(r"(?:[ -\[\]-~]|\\[\\rnt]|\\x[0-9a-f]{2})*")
@@ -65,7 +66,7 @@ class TraceEntry(BaseModel):
 
     at: datetime
     monotonic_ns: int
-    kind: Kind
+    kind: TraceKind
     data: EscapedBytes = b""
     caller: str | None = Field(None, exclude_if=_is_none)
     request_id: str | None = Field(None, exclude_if=_is_none)

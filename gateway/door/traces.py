@@ -3,7 +3,7 @@
 import asyncio
 from collections.abc import AsyncIterator, Sequence
 from datetime import datetime
-from typing import Annotated, Final, Literal, NamedTuple
+from typing import Annotated, Final, NamedTuple
 
 from pydantic import AwareDatetime, BaseModel, Field
 
@@ -15,7 +15,7 @@ from gateway.core.rights import Right
 from gateway.door.caller import require
 from gateway.door.names import LineId
 from gateway.plant import Plant
-from transports.trace import Record, TraceEntry, TraceFilter, wall_ns
+from transports.trace import Record, TraceEntry, TraceFilter, TraceKind, wall_ns
 
 ROWS: Final = Rows("lines")
 MAX_TRACE_ENTRIES: Final = 10_000
@@ -46,7 +46,7 @@ class TraceRecord(AnswerModel):
 
     at: datetime = Field(description="UTC wall time, which jumps when the clock is set.")
     monotonic_ns: int = Field(description="A clock that never jumps.")
-    kind: Literal["rx", "tx", "opened", "lost", "closed"]
+    kind: TraceKind
     data: str = Field(description="The bytes; unprintable ones as \\r, \\n, \\t or \\x00.")
     caller: str | None = Field(
         default=None,
@@ -150,7 +150,7 @@ def _told(records: Sequence[Record]) -> list[TraceEntry]:
     return list(map(TraceEntry.of, records))
 
 
-@ROWS.get("/lines/{line_id}/trace", result=Trace)
+@ROWS.get("/lines/{line_id}/trace", result=Trace, later=True)
 async def get_trace(
     plant: Plant,
     line_id: LineId,

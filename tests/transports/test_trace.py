@@ -10,10 +10,10 @@ from pydantic import ValidationError
 from transports.trace import (
     NOBODY,
     FrameSubject,
-    Kind,
     Record,
     TraceEntry,
     TraceFilter,
+    TraceKind,
     escape,
     unescape,
     wall_ns,
@@ -63,7 +63,7 @@ def test_foreign_escapes_are_refused(text: str) -> None:
 
 
 @given(st.binary(), st.sampled_from(["rx", "tx"]))
-def test_an_entry_survives_json(data: bytes, kind: Kind) -> None:
+def test_an_entry_survives_json(data: bytes, kind: TraceKind) -> None:
     entry = TraceEntry.of((AT_NS, 5, kind, data, *NOBODY))
     assert TraceEntry.model_validate_json(entry.model_dump_json()) == entry
 
@@ -101,7 +101,7 @@ def subject_of(frame: bytes) -> FrameSubject:
     return FrameSubject(match[1], frozenset((number, *GROUP.get(number, ()), *named)))
 
 
-def record(kind: Kind, data: str = "", request: str | None = None) -> Record:
+def record(kind: TraceKind, data: str = "", request: str | None = None) -> Record:
     return (0, 0, kind, data.encode(), None, request)
 
 
