@@ -10,8 +10,6 @@ from protocols.rorze.errors import lookup
 from protocols.rorze.status import CONTROLLER_STATUS_BITS, END_CAUSE_BITS, SENSOR_BITS, names_of
 
 Record = Mapping[str, Any]
-OWN: Final = "gateway: "
-"""Prefix of the caller of the gateway's own questions."""
 ACCEPTED: Final = "accepted"
 _RORZE: Final = re.compile(r">?&([0-9A-F]{2})(?:@([0-9A-F]{2})|([0-9A-Z][0-9A-Z+*-][0-9A-Z])(.*?))(?:\\r|$)")
 _FICS: Final = re.compile(r"([0-9A-Z]{3})(?: (.*?))?(?:\\r|$)")
@@ -19,14 +17,8 @@ _BITS: Final = {"9CD": CONTROLLER_STATUS_BITS, "9MD": END_CAUSE_BITS, "CLD": SEN
 _NUMBER: Final = re.compile(r"[+-]?\d+")
 
 
-def folded(records: Iterable[Record], *, own: bool) -> Iterator[tuple[Record, Record | None]]:
-    """Put an answer that follows its question behind it; leave out the gateway's own, unless wanted."""
-    for record, answer in _paired(records):
-        if own or not (record.get("caller") or "").startswith(OWN):
-            yield record, answer
-
-
-def _paired(records: Iterable[Record]) -> Iterator[tuple[Record, Record | None]]:
+def folded(records: Iterable[Record]) -> Iterator[tuple[Record, Record | None]]:
+    """Put an answer that follows its question behind it."""
     question: Record | None = None
     for record in records:
         if question is not None and record["kind"] == "rx" and _subject(record) == _subject(question):

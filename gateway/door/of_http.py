@@ -13,7 +13,7 @@ from gateway.core.records import AnswerModel
 from gateway.core.rights import Right
 from gateway.door.events import After, Bodies, Sample, Snapshot, Types
 from gateway.door.names import LineId
-from gateway.door.traces import MAX_TRACE_ENTRIES, TracedBodies, TracedRequest
+from gateway.door.traces import MAX_TRACE_ENTRIES, TracedBodies, TracedPolls, TracedRequest
 from gateway.plant import Plant
 
 STREAMS: Final = Rows("streams")
@@ -110,6 +110,7 @@ async def follow_trace(
     *,
     bodies: TracedBodies = None,
     request_id: TracedRequest = None,
+    polls: TracedPolls = True,
     last: Annotated[int, Field(ge=0, le=MAX_TRACE_ENTRIES)] = 0,
 ) -> None:
     """Send a line's records as they come, after the `last` that there are."""

@@ -170,6 +170,26 @@ def test_both_wishes_hold_together() -> None:
     assert passed(request_id="one", bodies={0x01}) == []
 
 
+def test_without_polls_the_gateways_own_questions_and_their_answers_are_left_out() -> None:
+    def asked(data: str, caller: str) -> Record:
+        return (0, 0, "tx", data.encode(), caller, None)
+
+    story = [
+        asked("&3F1+M500\r", "http 127.0.0.1"),
+        record("rx", ">&3F1+M\r"),
+        asked("&3F9CD\r", "gateway: poll"),
+        record("rx", ">&3F9CDH01\r"),
+        record("rx", ">&3F1+M[3F:00]\r"),
+        asked("&013ND7\r", "gateway: fence"),
+        record("rx", ">&013ND7\r"),
+        asked("&3F5SS\r", "gateway: missing heartbeat"),
+        record("rx", ">&3F5SS\r"),
+        record("lost"),
+    ]
+    shown = list(TraceFilter(subject_of, without={"gateway: poll", "gateway: fence"}).pass_on(story))
+    assert shown == [*story[:2], story[4], *story[7:]], "what stops a motor is shown, whoever asked"
+
+
 @given(st.data())
 def test_however_the_bytes_are_cut_every_byte_of_a_reply_passes(data: st.DataObject) -> None:
     reply = b">&3F6PD+000000001\r"
