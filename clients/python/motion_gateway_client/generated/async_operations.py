@@ -926,6 +926,7 @@ class AsyncOperations(Protocol):
         until: str | None = None,
         bodies: str | None = None,
         request_id: str | None = None,
+        polls: bool | None = None,
     ) -> Trace:
         """Give the newest bytes of the line, a robot's too, both ways, with their times."""
         answer: Trace = await self.call(
@@ -938,6 +939,7 @@ class AsyncOperations(Protocol):
                 "until": until,
                 "bodies": bodies,
                 "request_id": request_id,
+                "polls": polls,
             },
         )
         return answer

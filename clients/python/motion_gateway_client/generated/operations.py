@@ -914,6 +914,7 @@ class Operations(Protocol):
         until: str | None = None,
         bodies: str | None = None,
         request_id: str | None = None,
+        polls: bool | None = None,
     ) -> Trace:
         """Give the newest bytes of the line, a robot's too, both ways, with their times."""
         answer: Trace = self.call(
@@ -926,6 +927,7 @@ class Operations(Protocol):
                 "until": until,
                 "bodies": bodies,
                 "request_id": request_id,
+                "polls": polls,
             },
         )
         return answer

@@ -24852,6 +24852,8 @@ export interface operations {
                 bodies?: string | null;
                 /** @description Only frames that this request has sent (X-Request-Id), and their answers. */
                 request_id?: string | null;
+                /** @description False leaves out what the gateway asks by itself (fences, probes, polls, set-up, live values), with the answers. */
+                polls?: boolean;
             };
             header?: never;
             path: {
