@@ -82,6 +82,6 @@ def welcome(url: str, command: str) -> str:
   1  See the plant, move its motors by hand, STOP ALL:  {url}/
   2  Move a motor from another shell:  {command} move 3F relative 500 --wait 10{where}
   3  Break something, and find the way back to work:  {url}/#/system
-  4  Try the API:  {url}/docs  and see the same as MQTT or OPC UA:  {url}/manual/mqtt/  {url}/manual/opcua/
+  4  Try the API:  {url}/docs  or MQTT and OPC UA:  {url}/manual/mqtt.html  {url}/manual/opcua.html
   5  Serve a line of your own:  {command} init --port /dev/ttyUSB0 --out gateway.toml
 """

@@ -29,7 +29,7 @@ def test_the_demo_says_in_five_lines_what_to_do_next() -> None:
     url = "http://127.0.0.1:8420"
     lines = welcome(url, "motion-gateway").strip().splitlines()
     assert [line.split()[0] for line in lines] == ["1", "2", "3", "4", "5"]
-    pages = [page for line in lines for page in re.findall(rf"{url}/manual/(\w+)/", line)]
+    pages = [page for line in lines for page in re.findall(rf"{url}/manual/(\w+)\.html", line)]
     assert pages
     assert all((DOCS / f"{page}.md").is_file() for page in pages)
     assert "--url" not in lines[1]
