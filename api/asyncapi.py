@@ -40,7 +40,7 @@ def page() -> str:
     """The table of events, and the members of their data."""
     rows = "".join(map(_row, EVENT_TYPES.values()))
     schemas = _schemas()
-    data = "".join(_section(model, schemas[model.__name__]) for model in _models())
+    data = "".join(_section(model, schemas) for model in _models())
     return f"{INTRODUCTION}{rows}\n## Data\n{data}"
 
 
@@ -128,24 +128,26 @@ def _row(row: EventType) -> str:
     return f"| {told} | {row.when} | {row.since} |\n"
 
 
-def _section(model: type[BaseModel], schema: dict[str, Any]) -> str:
+def _section(model: type[BaseModel], schemas: dict[str, Any]) -> str:
+    schema = schemas[model.__name__]
     fields = "".join(
-        f"- `{name}`: {_shape(field)}. {field.get('description', '')}".rstrip() + "\n"
+        f"- `{name}`: {_shape(field, schemas)}. {field.get('description', '')}".rstrip() + "\n"
         for name, field in schema.get("properties", {}).items()
     )
     told = schema.get("description", "")
     return f"\n### {model.__name__}\n{told}\n\n{fields or '- nothing'}".rstrip() + "\n"
 
 
-def _shape(field: dict[str, Any]) -> str:
+def _shape(field: dict[str, Any], schemas: dict[str, Any]) -> str:
     if "$ref" in field:
-        return str(field["$ref"]).removeprefix(_SCHEMAS)
+        name = str(field["$ref"]).removeprefix(_SCHEMAS)
+        return name if "properties" in schemas[name] else _shape(schemas[name], schemas)
     if "anyOf" in field:
-        return " or ".join(map(_shape, field["anyOf"]))
+        return " or ".join(_shape(option, schemas) for option in field["anyOf"])
     if "enum" in field:
         return "one of " + ", ".join(f"`{value}`" for value in field["enum"])
     if field.get("type") == "array":
-        return f"a list of {_shape(field['items'])}"
+        return f"a list of {_shape(field['items'], schemas)}"
     return str(field.get("type", "any value"))
 
 

@@ -89,6 +89,7 @@ def _route_of(operation: Operation) -> APIRoute:
             **_shown(operation),
             **_heeded(operation),
             **({"x-effect": operation.effect.value} if operation.effect is Effect.MOTION else {}),
+            **({"x-later": True} if operation.later else {}),
         },
         **_answers(operation),
     )

@@ -29,7 +29,7 @@ from gateway.door.events import (
 )
 from gateway.door.problems import GatewayError, InvalidRequest
 from gateway.door.table import Right
-from gateway.door.traces import MAX_TRACE_ENTRIES, split
+from gateway.door.traces import MAX_TRACE_ENTRIES
 
 LAST_EVENT_ID: Final = "last-event-id"
 _FLAGS: Final = {"true": True, "1": True, "false": False, "0": False}
@@ -128,14 +128,14 @@ def _rate(text: str | None) -> float | None:
 
 
 async def follow_trace(
-    request: Request, line_id: str, bodies: str | None, request_id: str | None, last: int
+    request: Request, line_id: str, bodies: str | None, request_id: str | None, polls: bool, last: int
 ) -> Response:
     """Send the line's records as they come (text/event-stream), after the `last` that there are.
 
     `gap` tells how many were missed.
     """
     plant = plant_of(request)
-    passing = traces.filter_of(plant, line_id, split(bodies), request_id)
+    passing = traces.filter_of(plant, line_id, bodies, request_id, polls=polls)
     after = _whole(request.headers, LAST_EVENT_ID)
     return _sent(_trace_sent(traces.follow(plant, line_id, passing, after, last)))
 
@@ -164,8 +164,14 @@ async def follow_trace_by_socket(websocket: WebSocket) -> None:
     plant, query, line_id = plant_of(websocket), websocket.query_params, websocket.path_params["line_id"]
     await websocket.accept()
     try:
-        require_known(websocket, ("bodies", "request_id", "last", "after"))
-        passing = traces.filter_of(plant, line_id, split(query.get("bodies")), query.get("request_id"))
+        require_known(websocket, ("bodies", "request_id", "polls", "last", "after"))
+        passing = traces.filter_of(
+            plant,
+            line_id,
+            query.get("bodies"),
+            query.get("request_id"),
+            polls=_flag(query, "polls", left_out="true"),
+        )
         after, last = _whole(query, "after"), _whole(query, "last") or 0
         news = traces.follow(plant, line_id, passing, after, min(last, MAX_TRACE_ENTRIES))
     except GatewayError as error:
@@ -185,12 +191,12 @@ def _message(news: traces.News) -> str:
     return f'{{"number":{news.number},"missed":{news.missed},"entries":[{traces.written(news.entries)}]}}'
 
 
-def _flag(query: QueryParams, name: str) -> bool:
-    """Read true or false; left out it is false.
+def _flag(query: QueryParams, name: str, left_out: str = "false") -> bool:
+    """Read true or false.
 
     :raises InvalidRequest: it is neither.
     """
-    text = query.get(name, "false")
+    text = query.get(name, left_out)
     if text not in _FLAGS:
         raise InvalidRequest(f"{name}: {text!r} is neither true nor false.", "Give one, or leave it out.")
     return _FLAGS[text]

@@ -76,16 +76,12 @@ def _member(plant: str) -> dict[str, Any]:
 
 
 def welcome(url: str, command: str) -> str:
-    """Say in a few lines what to do next; `command` is what the demo was started as."""
+    """Say in five lines what to do next; `command` is what the demo was started as."""
     where = "" if url == LOCAL else f" --url {url}"
     return f"""
   1  See the plant, move its motors by hand, STOP ALL:  {url}/
   2  Move a motor from another shell:  {command} move 3F relative 500 --wait 10{where}
   3  Break something, and find the way back to work:  {url}/#/system
-  4  Look at the API, and try it:  {url}/docs
-  5  See it over MQTT:  sudo apt install mosquitto mosquitto-clients; .venv/bin/pip install 'aiomqtt<3'
-     {command} bridge mqtt --config examples/bridge.toml, and what to ask it:  docs/mqtt.md
-  6  See it over OPC UA:  .venv/bin/pip install 'asyncua<3'
-     {command} bridge opcua --config examples/opcua.toml, and what to browse:  docs/opcua.md
-  7  Serve a line of your own:  {command} init --port /dev/ttyUSB0 --out gateway.toml
+  4  Try the API:  {url}/docs  or MQTT and OPC UA:  {url}/manual/mqtt.html  {url}/manual/opcua.html
+  5  Serve a line of your own:  {command} init --port /dev/ttyUSB0 --out gateway.toml
 """

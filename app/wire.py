@@ -4,29 +4,15 @@ import re
 from collections.abc import Iterable, Iterator, Mapping
 from typing import Any, Final
 
-from protocols.fics.commands import COMMANDS as FICS
-from protocols.rorze.commands import COMMANDS as RORZE
-from protocols.rorze.errors import lookup
-from protocols.rorze.status import CONTROLLER_STATUS_BITS, END_CAUSE_BITS, SENSOR_BITS, names_of
-
 Record = Mapping[str, Any]
-OWN: Final = "gateway: "
-"""Prefix of the caller of the gateway's own questions."""
 ACCEPTED: Final = "accepted"
 _RORZE: Final = re.compile(r">?&([0-9A-F]{2})(?:@([0-9A-F]{2})|([0-9A-Z][0-9A-Z+*-][0-9A-Z])(.*?))(?:\\r|$)")
 _FICS: Final = re.compile(r"([0-9A-Z]{3})(?: (.*?))?(?:\\r|$)")
-_BITS: Final = {"9CD": CONTROLLER_STATUS_BITS, "9MD": END_CAUSE_BITS, "CLD": SENSOR_BITS}
 _NUMBER: Final = re.compile(r"[+-]?\d+")
 
 
-def folded(records: Iterable[Record], *, own: bool) -> Iterator[tuple[Record, Record | None]]:
-    """Put an answer that follows its question behind it; leave out the gateway's own, unless wanted."""
-    for record, answer in _paired(records):
-        if own or not (record.get("caller") or "").startswith(OWN):
-            yield record, answer
-
-
-def _paired(records: Iterable[Record]) -> Iterator[tuple[Record, Record | None]]:
+def folded(records: Iterable[Record]) -> Iterator[tuple[Record, Record | None]]:
+    """Put an answer that follows its question behind it."""
     question: Record | None = None
     for record in records:
         if question is not None and record["kind"] == "rx" and _subject(record) == _subject(question):
@@ -50,28 +36,43 @@ def _subject(record: Record) -> str:
 
 def meaning(record: Record, answer: Record | None) -> str:
     """Say what was asked, and what the answer tells; nothing of what no table knows."""
-    found = _RORZE.match(record["data"])
-    if found is not None:
-        told = None if answer is None else _told(answer["data"], found[3] or "")
-        return _joined(_title(RORZE.get(found[3] or "")), told)
-    found = _FICS.match(record["data"])
-    rows = FICS.get(found[1]) if found else None
-    if not rows:
+    if found := _RORZE.match(record["data"]):
+        return _of_rorze(found[3] or "", answer)
+    if found := _FICS.match(record["data"]):
+        return _of_fics(found[1], answer)
+    return ""
+
+
+def _of_rorze(code: str, answer: Record | None) -> str:
+    from protocols.rorze.commands import COMMANDS  # a family's tables take a quarter of a second
+
+    told = None if answer is None else _told(answer["data"], code)
+    return _joined(_title(COMMANDS.get(code)), told)
+
+
+def _of_fics(code: str, answer: Record | None) -> str:
+    from protocols.fics.commands import COMMANDS
+
+    if code not in COMMANDS:
         return ""
     said = None if answer is None else _FICS.match(answer["data"])
-    return _joined(_title(rows[0]), None if said is None else said[2] or ACCEPTED)
+    return _joined(_title(COMMANDS[code][0]), None if said is None else said[2] or ACCEPTED)
 
 
 def _told(data: str, code: str) -> str:
     """The value of a reply, or why it is refused."""
+    from protocols.rorze.errors import lookup
+    from protocols.rorze.status import CONTROLLER_STATUS_BITS, END_CAUSE_BITS, SENSOR_BITS, names_of
+
+    bits = {"9CD": CONTROLLER_STATUS_BITS, "9MD": END_CAUSE_BITS, "CLD": SENSOR_BITS}
     found = _RORZE.match(data)
     if found is None:
         return ""
     if found[2] is not None:
         return f"refused: {lookup(int(found[2], 16), code).en}"
     value = found[4]
-    if code in _BITS and re.fullmatch("H[0-9A-F]{2}", value):
-        return ", ".join(names_of(int(value[1:], 16), _BITS[code])).replace("_", " ") or "none"
+    if code in bits and re.fullmatch("H[0-9A-F]{2}", value):
+        return ", ".join(names_of(int(value[1:], 16), bits[code])).replace("_", " ") or "none"
     return str(int(value)) if _NUMBER.fullmatch(value) else value or ACCEPTED
 
 

@@ -33,7 +33,8 @@ class WordedCommand(TyperCommand):
         for param in self.params:
             text = getattr(param, "help", None)
             if text is not None and text.startswith(_FROM_ROW):
-                param.help = told(*text.removeprefix(_FROM_ROW).split("."))  # type: ignore[attr-defined]  # it has one
+                words = told(*text.removeprefix(_FROM_ROW).split("."))
+                param.help = words.replace("[", r"\[")  # type: ignore[attr-defined]  # no markup
 
 
 def told(operation: str, member: str) -> str:

@@ -13,7 +13,7 @@ from gateway.config import Config
 from gateway.core.aside import SWITCH_S
 from gateway.plant import Plant
 from transports.recorder import Recorder
-from transports.trace import Kind
+from transports.trace import TraceKind
 
 LINES, RECORDS_A_S, MINUTES = 8, 100, 10
 TAKES_S = 5.0
@@ -73,7 +73,7 @@ def fill(recorder: Recorder) -> None:
     for number in range(count):
         ago = (count - number) * STEP_NS
         recorder.clocks = lambda ago=ago: (now_ns - ago, mono_ns - ago)  # type: ignore[misc]
-        kind: Kind = "rx" if number % 2 else "tx"
+        kind: TraceKind = "rx" if number % 2 else "tx"
         data = b">&3F6PD+%09d\r" % dice.randrange(10**9) if number % 2 else b"&3F6PD\r"
         asked = number % 4 == 0
         request = ("http 10.0.0.7", dice.randbytes(16).hex())

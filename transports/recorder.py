@@ -10,7 +10,7 @@ from itertools import islice
 from typing import Any, Generic, NamedTuple, TypeVar
 
 from transports.base import Receiver, Transport, TransportLost
-from transports.trace import NOBODY, Kind, Record, Sender, TraceEntry, wall_ns
+from transports.trace import NOBODY, Record, Sender, TraceEntry, TraceKind, wall_ns
 from transports.trace_file import TraceFile
 
 BLOCK = 64
@@ -122,7 +122,7 @@ class Recorder:
         """Records that the file has lost; memory loses none but the oldest."""
         return self._file.dropped if self._file is not None else 0
 
-    def record(self, kind: Kind, data: bytes = b"") -> None:
+    def record(self, kind: TraceKind, data: bytes = b"") -> None:
         """Keep what happened just now."""
         if len(data) > RECORD_BYTES:
             for start in range(0, len(data), RECORD_BYTES):
@@ -180,7 +180,7 @@ class Recorded(Transport):
         self._fails = False
         """True once a record was lost by a fault, so that the loss is logged once."""
 
-    def _note(self, kind: Kind, data: bytes = b"") -> None:
+    def _note(self, kind: TraceKind, data: bytes = b"") -> None:
         """Record it; a line goes on without its records where a fault of our own keeps them away."""
         try:
             self._recorder.record(kind, data)

@@ -6,15 +6,16 @@ from datetime import UTC, datetime, timedelta
 from typing import Annotated, Final, Literal, NamedTuple
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, PlainSerializer, WithJsonSchema
+from typing_extensions import TypeAliasType
 
-Kind = Literal["rx", "tx", "opened", "lost", "closed"]
+TraceKind = TypeAliasType("TraceKind", Literal["rx", "tx", "opened", "lost", "closed"])
 
 Sender = tuple[str | None, str | None]
 """The caller of a frame, and the id of its request; None where it is not told."""
 NOBODY: Final[Sender] = (None, None)
 
 # A trace entry as it is kept, not formatted before somebody asks: wall ns, monotonic ns, kind, data, sender.
-Record = tuple[int, int, Kind, bytes, str | None, str | None]
+Record = tuple[int, int, TraceKind, bytes, str | None, str | None]
 
 _EPOCH = datetime(1970, 1, 1, tzinfo=UTC)
 _ESCAPED = re.compile(r"(?:[ -\[\]-~]|\\[\\rnt]|\\x[0-9a-f]{2})*")
@@ -65,7 +66,7 @@ class TraceEntry(BaseModel):
 
     at: datetime
     monotonic_ns: int
-    kind: Kind
+    kind: TraceKind
     data: EscapedBytes = b""
     caller: str | None = Field(None, exclude_if=_is_none)
     request_id: str | None = Field(None, exclude_if=_is_none)
@@ -81,6 +82,8 @@ class TraceEntry(BaseModel):
 
 
 _END = b"\r"
+UNNAMED = b""
+"""The address of a frame that names none."""
 _LONGEST = 4096
 """Bytes after which text without an end is no frame."""
 
@@ -96,7 +99,7 @@ class FrameSubject(NamedTuple):
 class TraceFilter:
     """Lets records pass in their order. Received bytes come in pieces, which pass when their frame ends.
 
-    A reply belongs to the request of the last command to its address.
+    A reply belongs to the request of the last command to its address; to the last of all, if it names none.
     """
 
     def __init__(
@@ -105,37 +108,41 @@ class TraceFilter:
         *,
         bodies: Collection[int] | None = None,
         request_id: str | None = None,
+        without: Collection[str] = (),
     ) -> None:
         self._subject_of = subject_of
-        self._bodies, self._request_id = bodies, request_id
+        self._bodies, self._request_id, self._without = bodies, request_id, without
         self._asked: set[bytes] = set()
         """Addresses to which the last command was of the request."""
+        self._polled: set[bytes] = set()
+        """Addresses of which a caller that is left out has asked something that is not answered yet."""
         self._pieces: list[Record] = []
         """Received since the last frame ended."""
         self._text = b""
 
     def pass_on(self, records: Iterable[Record]) -> Iterator[Record]:
         """Give the records that pass."""
-        if self._bodies is None and self._request_id is None:
+        if self._bodies is None and self._request_id is None and not self._without:
             yield from records
             return
         for record in records:
             kind, data = record[2], record[3]
             if kind == "tx":
-                if self._is_wanted_command(data, record[5]):
+                if self._is_wanted_command(data, record[4], record[5]):
                     yield record
             elif kind == "rx":
                 yield from self._received(record, data)
             elif self._request_id is None:
                 yield record
 
-    def _is_wanted_command(self, data: bytes, request_id: str | None) -> bool:
+    def _is_wanted_command(self, data: bytes, caller: str | None, request_id: str | None) -> bool:
         subject = self._subject_of(data)
-        if request_id == self._request_id:
-            self._asked.add(subject.address)
-        else:
-            self._asked.discard(subject.address)
-        return self._is_about(subject) and self._request_id in (None, request_id)
+        is_of_request, is_poll = request_id == self._request_id, caller in self._without
+        for addresses, is_in in ((self._asked, is_of_request), (self._polled, is_poll)):
+            for address in (subject.address, UNNAMED):
+                (addresses.add if is_in else addresses.discard)(address)
+        is_of_request |= self._request_id is None
+        return self._is_about(subject) and is_of_request and not is_poll
 
     def _received(self, record: Record, data: bytes) -> Iterator[Record]:
         self._pieces.append(record)
@@ -149,7 +156,10 @@ class TraceFilter:
 
     def _is_wanted_reply(self, frame: bytes) -> bool:
         subject = self._subject_of(frame)
-        return self._is_about(subject) and (self._request_id is None or subject.address in self._asked)
+        is_of_request = self._request_id is None or subject.address in self._asked
+        is_of_poll = subject.address in self._polled
+        self._polled.discard(subject.address)  # what comes without a question is nobody's answer
+        return self._is_about(subject) and is_of_request and not is_of_poll
 
     def _is_about(self, subject: FrameSubject) -> bool:
         return self._bodies is None or not subject.bodies.isdisjoint(self._bodies)

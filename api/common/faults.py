@@ -8,6 +8,7 @@ from typing import Annotated, Any, Final, Literal, TypeGuard, Union, get_args, g
 
 from pydantic import BaseModel
 from pydantic_core import ErrorDetails
+from typing_extensions import TypeAliasType
 
 from protocols.wording import MOST_SHOWN, expectation, sentence, shown, unknown
 
@@ -138,7 +139,9 @@ def _followed(shape: object, location: Sequence[str | int]) -> tuple[list[Any], 
 def kinds_of(annotation: Any) -> Iterator[Any]:
     """The types that may stand for one."""
     origin = get_origin(annotation)
-    if origin is Annotated:
+    if isinstance(annotation, TypeAliasType):
+        yield from kinds_of(annotation.__value__)
+    elif origin is Annotated:
         yield from kinds_of(get_args(annotation)[0])
     elif origin in (Union, UnionType):
         for member in get_args(annotation):

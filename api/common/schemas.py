@@ -1,6 +1,6 @@
 """The parts of the OpenAPI document that generators of clients need, and FastAPI does not write."""
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from copy import deepcopy
 from typing import Any, Final
 
@@ -36,9 +36,13 @@ def complete(document: Schema) -> None:
     Strict TypeScript demands a member that has a default, for a reader always finds it; but here
     a client writes it.
     """
+    schemas = document["components"]["schemas"]
+    choices = {tuple(schema["enum"]): name for name, schema in schemas.items() if "enum" in schema}
     for path, item in document["paths"].items():
         for method, operation in item.items():
-            _complete_parameters(operation, keyed=takes_key(method.upper(), path, operation.get("x-right")))
+            _complete_parameters(operation, choices)
+            if takes_key(method.upper(), path, operation.get("x-right")):
+                operation.setdefault("parameters", []).append(_KEY)
     document["tags"] = list(_sections(document["paths"]))
     for operation in _operations(document):
         for content in _contents(operation.get("requestBody", {})):
@@ -52,52 +56,37 @@ def complete(document: Schema) -> None:
             _describe_default(member)
 
 
-def _complete_parameters(operation: Schema, *, keyed: bool) -> None:
+def _complete_parameters(operation: Schema, choices: Mapping[tuple[str, ...], str]) -> None:
     for parameter in operation.get("parameters", ()):
         if parameter["in"] == "path" and (examples := parameter["schema"].get("examples")):
             parameter["example"] = examples[0]  # Swagger UI fills in no other
-    if keyed:
-        operation.setdefault("parameters", []).append(_KEY)
+        schema = parameter["schema"]
+        if name := choices.get(tuple(schema.get("enum", ()))):  # FastAPI writes out what has a name
+            told = {word: value for word, value in schema.items() if word not in ("enum", "type")}
+            parameter["schema"] = {"$ref": _REFERENCE + name, **told}
 
 
 def core_of(document: Schema) -> Schema:
-    """The document of what is needed first, as the sections say: a light one to generate a client from.
+    """The document of what is needed first: a light one to generate a client from.
 
-    An event is any event there, since asyncapi.yaml has their types; and each choice has a name.
+    Sections and operations say what that is; members that are details have no form there.
     """
-    core = deepcopy(_part(resources_of(document), lambda _, operation: CORE.keys() >= {*operation["tags"]}))
-    schemas = core["components"]["schemas"]
-    schemas["EventList"]["properties"]["events"]["items"] = {"$ref": f"{_REFERENCE}Event"}
-    schemas["Event"] = _any_event(schemas["StreamGapEvent"])
-    _name_choices(schemas)
+    core = deepcopy(_part(document, _is_needed_first))
+    for schema in core["components"]["schemas"].values():
+        members = schema.get("properties", {})
+        members |= {name: _open(member) for name, member in members.items() if member.get("x-detail")}
     core = _part(core, lambda *_: True)
     return {**core, "info": {**core["info"], "description": core["info"]["description"] + _MORE}}
 
 
-def _any_event(one: Schema) -> Schema:
-    """Describe what all events have, after one of them."""
-    any_text, any_object = {"type": "string"}, {"type": "object", "additionalProperties": True}
-    said = {"type": {**any_text, "title": "Type"}, "data": {**any_object, "title": "Data"}}
-    told = "What has happened; the types of events, and the data of each, are in asyncapi.yaml."
-    return {**one, "title": "Event", "description": told, "properties": {**one["properties"], **said}}
+def _is_needed_first(path: str, operation: Schema) -> bool:
+    return COMMAND not in path and CORE.keys() >= {*operation["tags"]} and not operation.get("x-later")
 
 
-def _name_choices(schemas: dict[str, Schema]) -> None:
-    """Move what may be left out (null) and has no name yet into a schema of its own."""
-    for owner, schema in [*schemas.items()]:
-        for member in schema.get("properties", {}).values():
-            options = member.get("anyOf", [])
-            for number, option in enumerate(options):
-                if "enum" in option or option.get("type") == "object":
-                    name = _free_name(schemas, owner, member["title"].replace(" ", ""), option)
-                    schemas[name] = {**option, "title": name}
-                    options[number] = {"$ref": _REFERENCE + name}
-
-
-def _free_name(schemas: dict[str, Schema], owner: str, own: str, option: Schema) -> str:
-    """Name a choice after its member, and another of that name after its owner, too."""
-    is_enum_of_that_name = "enum" in option and own not in schemas
-    return own if is_enum_of_that_name or schemas.get(own) == {**option, "title": own} else owner + own
+def _open(member: Schema) -> Schema:
+    """Leave the form of a member open, but for its words."""
+    told = f"{member.get('description', '')} Its form is in resources.json.".strip()
+    return {"title": member.get("title", ""), "description": told}
 
 
 def resources_of(document: Schema) -> Schema:

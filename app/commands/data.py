@@ -5,7 +5,7 @@ import tarfile
 from io import BytesIO
 from pathlib import Path
 from shutil import copyfileobj, rmtree
-from tempfile import TemporaryDirectory, mkdtemp
+from tempfile import TemporaryDirectory, mkdtemp, mkstemp
 from typing import Annotated, BinaryIO, Final
 
 import typer
@@ -40,14 +40,18 @@ def backup(target: Kept, data: Data = None) -> None:
     with explained(_UNCHANGED):
         if not directory.is_dir():
             raise Failure(f"There is no directory {directory}; nothing was written.", exits.USAGE)
-        handle = os.open(target, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_CLOEXEC, _PRIVATE_FILE)
+        if target.exists():
+            raise Failure(f"{target} exists already; nothing was written.", exits.USAGE)
+        handle, name = mkstemp(dir=target.absolute().parent, prefix=f".{target.name}-")
+        aside = Path(name)
         try:
             with os.fdopen(handle, "wb") as file:
                 _write(directory, file)
                 file.flush()
                 os.fsync(file.fileno())
+            aside.replace(target)  # who is killed before leaves nothing that looks like a copy
         except BaseException:
-            target.unlink(missing_ok=True)
+            aside.unlink(missing_ok=True)
             raise
     typer.echo(f"{directory} was copied to {target}.")
 

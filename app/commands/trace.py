@@ -11,6 +11,10 @@ from app import exits, words
 from app.client import LOCAL, Client, Json, KeyFile, Url
 from app.commands.watch import follow
 
+MOST: Final = 10_000
+"""Records that the gateway tells at once."""
+_ONLY_POLLS: Final = "Lately only the gateway itself has asked, to see how things are: --all shows it."
+_NOTHING: Final = "Nothing of that went over the line lately."
 _DIRECTIONS: Final = {"tx": "->", "rx": "<-"}
 
 
@@ -18,7 +22,7 @@ def trace(
     line: Annotated[str, typer.Argument(help="The line, as the configuration names it.")],
     bodies: Annotated[str | None, typer.Option(help=words.of("getTrace", "bodies"))] = None,
     request: Annotated[str | None, typer.Option(help=words.of("getTrace", "request_id"))] = None,
-    last: Annotated[int, typer.Option(min=1, max=10_000, help=words.of("getTrace", "limit"))] = 100,
+    last: Annotated[int, typer.Option(min=1, max=MOST, help="How many of the newest to show.")] = 100,
     follow_on: Annotated[bool, typer.Option("--follow", help="Go on with what comes, until Ctrl-C.")] = False,
     own: Annotated[
         bool, typer.Option("--all", help="Show what the gateway asks by itself, too; JSON always does.")
@@ -30,18 +34,31 @@ def trace(
     """Print what went over a line: an answer behind its question, what they mean, and who asked."""
     client = Client.at(url, key_file)
     query = {name: value for name, value in (("bodies", bodies), ("request_id", request)) if value}
-    query["last"] = str(last)
+    query["polls"] = str(own or as_json).lower()
+    path = f"/lines/{line}/trace"
+    if not follow_on:
+        _show_newest(client, path, query, last, as_json)
+        return
     try:
-        for text in _texts(_records(client, f"/lines/{line}/trace", query, follow_on), own, as_json):
+        for text in _texts(_followed(client, f"{path}/stream", {**query, "last": str(last)}), as_json):
             typer.echo(text)
     except KeyboardInterrupt:
         raise typer.Exit(exits.DONE) from None
 
 
-def _records(client: Client, path: str, query: dict[str, str], follow_on: bool) -> Iterable[dict[str, Any]]:
-    if not follow_on:
-        return list(client.request("GET", f"{path}?{urlencode(query)}")["entries"])
-    return _followed(client, f"{path}/stream", query)
+def _show_newest(client: Client, path: str, query: dict[str, str], last: int, as_json: bool) -> None:
+    """Show as many lines as wanted, most of them two records; or say that there is none."""
+    texts = list(_texts(_records(client, path, query, min(2 * last, MOST)), as_json))[-last:]
+    for text in texts:
+        typer.echo(text)
+    if not texts:
+        polled = _records(client, path, {**query, "polls": "true"}, 1)
+        typer.echo(_ONLY_POLLS if polled else _NOTHING, err=True)
+
+
+def _records(client: Client, path: str, query: dict[str, str], limit: int) -> list[dict[str, Any]]:
+    told = client.request("GET", f"{path}?{urlencode({**query, 'limit': limit})}")
+    return list(told["entries"])
 
 
 def _followed(client: Client, path: str, query: dict[str, str]) -> Iterator[dict[str, Any]]:
@@ -52,13 +69,13 @@ def _followed(client: Client, path: str, query: dict[str, str]) -> Iterator[dict
             yield told
 
 
-def _texts(records: Iterable[dict[str, Any]], own: bool, as_json: bool) -> Iterator[str]:
+def _texts(records: Iterable[dict[str, Any]], as_json: bool) -> Iterator[str]:
     if as_json:
         yield from (json.dumps(record, ensure_ascii=False) for record in records)
         return
     from app.wire import folded, meaning
 
-    for record, answer in folded(records, own=own):
+    for record, answer in folded(records):
         kind = record["kind"]
         asked = (record.get(name) for name in ("caller", "request_id"))
         heard = None if answer is None else f"<-  {answer['data']}"

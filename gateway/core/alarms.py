@@ -18,6 +18,7 @@ from gateway.core import numbers
 from gateway.core.errors import GatewayError, NotFound
 from gateway.core.events import Event, EventHub
 from gateway.core.next_calls import ALARMS, NextCall, filled_in, get, post
+from gateway.core.operation import DETAIL
 from gateway.core.origin import current, new_id
 from gateway.core.records import Record
 from gateway.core.rights import Right
@@ -120,6 +121,7 @@ class Alarm(Record):
         default=None,
         description="Words of the alarm once its cause is over, in the place of `en` and `ja`; null if "
         "these stay true, or were replaced already.",
+        json_schema_extra=DETAIL,
     )
     part_of: str | None = Field(
         default=None,

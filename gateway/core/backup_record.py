@@ -6,6 +6,7 @@ from datetime import datetime
 from typing import Final, Literal, Self
 
 from pydantic import Field
+from typing_extensions import TypeAliasType
 
 from gateway.core.errors import GatewayError
 from gateway.core.records import Record, request_id_field
@@ -133,7 +134,7 @@ class Restore(Record):
     ended_at: datetime | None = None
 
 
-Status = Literal["running", "succeeded", "failed", "cancelled"]
+JobStatus = TypeAliasType("JobStatus", Literal["running", "succeeded", "failed", "cancelled"])
 
 
 class BackupError(RestoreError):
@@ -155,7 +156,7 @@ class Reading(Record):
 
     id: str
     target: str = Field(description="Path of the body, line or robot that is read.")
-    status: Status = "running"
+    status: JobStatus = "running"
     controllers: list[str] = Field(
         description="Ids of the bodies, or of the robot, that are read, in their order."
     )

@@ -3,12 +3,14 @@
 from collections.abc import Mapping, Sequence
 from typing import Any, ClassVar, Literal, NamedTuple, Protocol, Self
 
+from typing_extensions import TypeAliasType
+
 from gateway import texts
 from gateway.core.next_calls import NextCall, filled_in
 from gateway.texts import Text, has, text
 from protocols.table import Command, Effect
 
-Moved = Literal["no", "yes", "unknown"]
+Moved = TypeAliasType("Moved", Literal["no", "yes", "unknown"])
 
 
 class GatewayError(Exception):

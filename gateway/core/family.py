@@ -20,7 +20,7 @@ from gateway.core.line import LineDriver
 from gateway.core.line_state import LineState
 from gateway.core.move_log import MoveLog
 from gateway.core.move_record import RESTARTED, MoveRecord
-from gateway.core.operation import DocumentSection, RouteWords, Rows
+from gateway.core.operation import DETAIL, DocumentSection, RouteWords, Rows
 from gateway.core.parts import Part
 from gateway.core.records import Record
 from gateway.core.stops import Report, StopMode
@@ -130,19 +130,27 @@ class PortInfo(TypedDict):
             description="Reason why the line is `down` or `silent`, and what to check; null if it is neither."
         ),
     ]
-    waiting: Annotated[dict[str, int], Field(description="Requests waiting in each lane.")]
+    waiting: Annotated[
+        dict[str, int], Field(description="Requests waiting in each lane.", json_schema_extra=DETAIL)
+    ]
     load: Annotated[
         dict[str, float],
         Field(
             description="Percent of the last ten seconds that the line was taken up by clients, followers "
             "(they see moves to their ends), health, live (values that clients watch), probes (of silent "
-            "controllers), fences, stops and set_up."
+            "controllers), fences, stops and set_up.",
+            json_schema_extra=DETAIL,
         ),
     ]
-    counters: Annotated[dict[str, int], Field(description="Counters of the line since the start.")]
+    counters: Annotated[
+        dict[str, int], Field(description="Counters of the line since the start.", json_schema_extra=DETAIL)
+    ]
     owner: Annotated[
         NotRequired[OwnerInfo],
-        Field(description="Owner of the line; only of a line that another gateway may take over."),
+        Field(
+            description="Owner of the line; only of a line that another gateway may take over.",
+            json_schema_extra=DETAIL,
+        ),
     ]
 
 

@@ -36,7 +36,7 @@ from protocols.lines import Garbage
 from protocols.table import Effect
 from transports.base import Transport, TransportError, TransportLost, TransportRefused
 from transports.recorder import Recorder
-from transports.trace import FrameSubject
+from transports.trace import UNNAMED, FrameSubject
 
 log = logging.getLogger(__name__)
 
@@ -528,7 +528,7 @@ class LineDriver(PortLoop, Generic[X, W, F]):
 
     def subject_of(self, _: bytes) -> FrameSubject:
         """Find the subject of a frame; where frames have no address, all have the same."""
-        return FrameSubject(b"")
+        return FrameSubject(UNNAMED)
 
     def _take(self, frame: W) -> None:
         """Hear a frame, let the next one go, and only then settle what it answers."""

@@ -6,9 +6,11 @@ from enum import StrEnum
 from typing import Final, Literal, Self
 
 from pydantic import Field
+from typing_extensions import TypeAliasType
 
 from gateway.core.errors import ControllerError, GatewayError, Moved
 from gateway.core.next_calls import NextCall
+from gateway.core.operation import DETAIL
 from gateway.core.records import Record, RequestModel, request_id_field
 from protocols.members import at_hand
 
@@ -21,8 +23,11 @@ START_WITHIN_S = 5.0
 RESTARTED: Final = "the gateway was restarted"
 """Why a move goes on with another than has begun it, as the begin or the end of a sentence."""
 
-CountedIn = Literal["pulses", "encoder_counts"]
-MoveKind = Literal["relative", "absolute", "home", "continuous", "jog", "interpolated"]
+CountedIn = TypeAliasType("CountedIn", Literal["pulses", "encoder_counts"])
+Completion = TypeAliasType("Completion", Literal["frame", "polling"])
+MoveKind = TypeAliasType(
+    "MoveKind", Literal["relative", "absolute", "home", "continuous", "jog", "interpolated"]
+)
 
 
 @at_hand
@@ -138,7 +143,8 @@ class Move(MoveRecord):
         default=None,
         description="Distance from the end of a good homing back to its start, in `counted_in` (0PD).",
     )
-    completion: Literal["frame", "polling"] | None = Field(
+    completion: Completion | None = Field(
         default=None,
         description="`frame`: the link master announced the end; `polling`: the gateway found it.",
+        json_schema_extra=DETAIL,
     )

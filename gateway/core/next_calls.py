@@ -5,9 +5,13 @@ from contextlib import suppress
 from typing import Literal, Self
 
 from pydantic import BaseModel, ConfigDict, Field, JsonValue, model_validator
+from typing_extensions import TypeAliasType
 
+from gateway.core.operation import DETAIL
 from gateway.core.rights import Right
 from gateway.texts import text
+
+CallMethod = TypeAliasType("CallMethod", Literal["GET", "POST", "PUT"])
 
 
 class NextCall(BaseModel):
@@ -15,12 +19,13 @@ class NextCall(BaseModel):
 
     model_config = ConfigDict(extra="forbid")
 
-    method: Literal["GET", "POST", "PUT"]
+    method: CallMethod
     path: str
     right: Right = Field(description="The right that the caller needs.")
     body: dict[str, JsonValue] | None = Field(
         default=None,
         exclude_if=lambda value: value is None,
+        json_schema_extra=DETAIL,
         description="Content of the request; left out if there is none, or if only the caller can know it.",
     )
     en: str = Field(description="Effect of the call, in English.")

@@ -7,7 +7,7 @@ from inspect import Parameter, Signature, getdoc, signature
 from typing import Annotated, Any, Final, Literal, NamedTuple, TypeVar, get_origin
 from warnings import catch_warnings, simplefilter
 
-from pydantic import BaseModel, Field, TypeAdapter
+from pydantic import BaseModel, Field, JsonValue, TypeAdapter
 from pydantic.warnings import UnsupportedFieldAttributeWarning
 
 from gateway.core.rights import Right
@@ -44,6 +44,8 @@ _EFFECTS: Final[Mapping[Right, Effect]] = {
     Right.ADMIN: Effect.MAINTENANCE,
 }
 """Default effect of an operation, by its right."""
+DETAIL: Final[dict[str, JsonValue]] = {"x-detail": True}
+"""`json_schema_extra` of a member whose form the core of the documents leaves open."""
 LEASED: Final = frozenset({Right.OPERATE, Right.SETUP})
 """Rights that a lease reserves to its holder."""
 
@@ -156,6 +158,8 @@ class Operation:
     """The controller's code, where it is a row of a command table."""
     example: Callable[[], Mapping[str, Any] | None] | None = None
     """Gives a request, as the manual has it."""
+    later: bool = False
+    """True if the core of the documents leaves it out: no client needs it on its first day."""
     by_hand: str | None = None
     """Why HTTP's route is written by hand beside it."""
     http_only: str | None = None
@@ -210,10 +214,10 @@ def names_in(path: str) -> list[str]:
 
 
 class Rows:
-    """The operations of one section, in the order of the documents."""
+    """The operations of one section, in the order of the documents; all of them `later`, if so told."""
 
-    def __init__(self, tag: str) -> None:
-        self.tag = tag
+    def __init__(self, tag: str, *, later: bool = False) -> None:
+        self.tag, self._later = tag, later
         self._rows: list[Operation] = []
 
     def __iter__(self) -> Iterator[Operation]:
@@ -241,7 +245,7 @@ class Rows:
 
     def add(self, verb: Verb, path: str, right: Right, run: Run, **told: Any) -> None:
         """List an operation that is made, not written; `told` may name and describe it."""
-        self._rows.append(operation(self.tag, verb, path, right, run, **told))
+        self._rows.append(operation(self.tag, verb, path, right, run, **{"later": self._later, **told}))
 
     def _listing(self, verb: Verb, path: str, right: Right, told: Mapping[str, Any]) -> Callable[[F], F]:
         def listed(run: F) -> F:

@@ -92,6 +92,8 @@ PROBE = Origin("gateway: probe", work="probes")
 POLL = Origin("gateway: poll", work="health")
 SET_UP = Origin("gateway: set-up", work="set_up")
 LIVE = Origin("gateway: live", work="live")
+QUESTIONS: Final = frozenset(origin.caller for origin in (FENCE, PROBE, POLL, SET_UP, LIVE))
+"""Callers of what the gateway asks by itself to know how things are; never of a stop."""
 RESTART = Origin("gateway: restart")
 """Origin of work that goes on from an earlier life of the gateway."""
 

@@ -7,7 +7,7 @@ from datetime import UTC, datetime
 from functools import partial
 from typing import Protocol, TypeVar
 
-from gateway.core.backup_record import BackupError, Reading, Status
+from gateway.core.backup_record import BackupError, JobStatus, Reading
 from gateway.core.errors import BodyBusy, Cancelled, GatewayEnding, GatewayError
 from gateway.core.works import CutOff, DurableJobs, left_s
 
@@ -114,7 +114,7 @@ class Readings(DurableJobs[R]):
             )
             self._end(record, "cancelled", GatewayEnding() if self._closed else unwanted)
 
-    def _end(self, record: R, status: Status, error: GatewayError | None) -> None:
+    def _end(self, record: R, status: JobStatus, error: GatewayError | None) -> None:
         record.status, record.ended_at, record.left_s = status, datetime.now(UTC), None
         record.error = None if error is None else BackupError.of(error)
         self.tell(status, record)

@@ -8,6 +8,7 @@ from functools import partial
 from typing import Any, Final, Generic, Literal, Protocol, Self, TypeVar
 
 from pydantic import PrivateAttr
+from typing_extensions import TypeAliasType
 
 from gateway.core.drawn import Transition
 from gateway.core.errors import GatewayError, NotSent
@@ -17,8 +18,10 @@ from gateway.core.supervisor import do_each, insist, insist_after, supervised, t
 from gateway.core.times import happens
 from gateway.texts import Text, text
 
-StopMode = Literal["decelerate", "immediate"]
-StopState = Literal["requested", "sent", "acknowledged", "refused", "confirmed", "not_sent"]
+StopMode = TypeAliasType("StopMode", Literal["decelerate", "immediate"])
+StopState = TypeAliasType(
+    "StopState", Literal["requested", "sent", "acknowledged", "refused", "confirmed", "not_sent"]
+)
 
 REPEAT_S = 0.1
 """A stop is repeated this often until standstill is proved."""

@@ -75,7 +75,7 @@ Snapshot = Annotated[
 Limit = Annotated[int, Field(ge=1, le=1000)]
 
 
-@ROWS.get("/events", about="bodies", result=EventList)
+@ROWS.get("/events", about="bodies", result=EventList, later=True)
 async def list_events(
     plant: Plant,
     *,

@@ -4,15 +4,16 @@ from collections.abc import Callable
 from typing import Annotated, Final, Literal
 
 from pydantic import Field
+from typing_extensions import TypeAliasType
 
 from gateway.access.grants import TICKET_S
 from gateway.core.line_state import LineState
-from gateway.core.operation import Rows
+from gateway.core.operation import DETAIL, Rows
 from gateway.core.records import AnswerModel
 from gateway.core.rights import Right
 from gateway.door.events import After, Bodies, Sample, Snapshot, Types
 from gateway.door.names import LineId
-from gateway.door.traces import MAX_TRACE_ENTRIES, TracedBodies, TracedRequest
+from gateway.door.traces import MAX_TRACE_ENTRIES, TracedBodies, TracedPolls, TracedRequest
 from gateway.plant import Plant
 
 STREAMS: Final = Rows("streams")
@@ -38,6 +39,9 @@ class Liveness(AnswerModel):
     status: Literal["alive"]
 
 
+JournalState = TypeAliasType("JournalState", Literal["ready", "unavailable"])
+
+
 class Readiness(AnswerModel):
     """Readiness of the gateway: can requests be carried out, and if not, because of which part?"""
 
@@ -45,11 +49,13 @@ class Readiness(AnswerModel):
         description="True if every line is open and set up, and at least one controller answers on it."
     )
     lines: dict[str, LineState] = Field(
-        description="State of each line that the request's key is for; without a good key none is named."
+        description="State of each line that the request's key is for; without a good key none is named.",
+        json_schema_extra=DETAIL,
     )
-    journal: Literal["ready", "unavailable"] = Field(
+    journal: JournalState = Field(
         description="State of the journal; while it is `unavailable`, all that has an effect is refused but "
-        "stops."
+        "stops.",
+        json_schema_extra=DETAIL,
     )
     detail: str = Field(description="The reasons in words, and what to do.")
 
@@ -104,12 +110,13 @@ async def follow_trace(
     *,
     bodies: TracedBodies = None,
     request_id: TracedRequest = None,
+    polls: TracedPolls = True,
     last: Annotated[int, Field(ge=0, le=MAX_TRACE_ENTRIES)] = 0,
 ) -> None:
     """Send a line's records as they come, after the `last` that there are."""
 
 
-@HEALTH.get("/livez", Right.OPEN, http_only=STATUS, result=Liveness)
+@HEALTH.get("/livez", Right.OPEN, later=True, http_only=STATUS, result=Liveness)
 async def livez() -> None:
     """Answer, as long as the process can."""
 
@@ -133,7 +140,7 @@ async def download_recording(recording_id: str) -> None:
     """Download a recording: a zip, for `motion-gateway export` and `replay`."""
 
 
-@TICKETS.post("/tickets", Right.VIEW, any_scope=True, http_only=TICKET, result=Ticket)
+@TICKETS.post("/tickets", Right.VIEW, later=True, any_scope=True, http_only=TICKET, result=Ticket)
 async def issue_ticket() -> None:
     """Give a ticket for one event stream, which ends with the session or the key it was given for.
 

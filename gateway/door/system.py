@@ -75,7 +75,7 @@ async def get_identity() -> Identity:
     return Identity(name=who.name, role=who.role, rights=rights, scope=scope)
 
 
-@ROWS.get("/system/posture", any_scope=True)
+@ROWS.get("/system/posture", any_scope=True, later=True)
 async def get_posture(plant: Plant) -> Posture:
     """Tell the protection of the gateway, and each weakened default; values to admins only."""
     config = plant.config
@@ -108,7 +108,7 @@ class Version(AnswerModel):
     version: str = Field(description="Semantic version of the gateway.")
 
 
-@HEALTH.get("/version", Right.OPEN)
+@HEALTH.get("/version", Right.OPEN, later=True)
 async def version() -> Version:
     """Tell the version."""
     return Version(name="motion-gateway", version=VERSION)

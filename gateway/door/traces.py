@@ -3,19 +3,20 @@
 import asyncio
 from collections.abc import AsyncIterator, Sequence
 from datetime import datetime
-from typing import Annotated, Final, Literal, NamedTuple
+from typing import Annotated, Final, NamedTuple
 
 from pydantic import AwareDatetime, BaseModel, Field
 
 from gateway.core.aside import aside
 from gateway.core.errors import InvalidRequest
 from gateway.core.operation import Rows, Written
+from gateway.core.origin import QUESTIONS
 from gateway.core.records import AnswerModel
 from gateway.core.rights import Right
 from gateway.door.caller import require
 from gateway.door.names import LineId
 from gateway.plant import Plant
-from transports.trace import Record, TraceEntry, TraceFilter, wall_ns
+from transports.trace import Record, TraceEntry, TraceFilter, TraceKind, wall_ns
 
 ROWS: Final = Rows("lines")
 MAX_TRACE_ENTRIES: Final = 10_000
@@ -41,12 +42,21 @@ TracedRequest = Annotated[
 ]
 
 
+TracedPolls = Annotated[
+    bool,
+    Field(
+        description="False leaves out what the gateway asks by itself (fences, probes, polls, set-up, live "
+        "values), with the answers."
+    ),
+]
+
+
 class TraceRecord(AnswerModel):
     """An event at the port: bytes were received or sent, or the port opened, was lost or closed."""
 
     at: datetime = Field(description="UTC wall time, which jumps when the clock is set.")
     monotonic_ns: int = Field(description="A clock that never jumps.")
-    kind: Literal["rx", "tx", "opened", "lost", "closed"]
+    kind: TraceKind
     data: str = Field(description="The bytes; unprintable ones as \\r, \\n, \\t or \\x00.")
     caller: str | None = Field(
         default=None,
@@ -73,7 +83,7 @@ class News(NamedTuple):
 
 
 def filter_of(
-    plant: Plant, line_id: str, bodies: Sequence[str] | None, request_id: str | None
+    plant: Plant, line_id: str, bodies: str | None, request_id: str | None, *, polls: bool = True
 ) -> TraceFilter:
     """Build the filter for records of a line.
 
@@ -81,12 +91,15 @@ def filter_of(
     :raises InvalidRequest: a body is on another line.
     """
     line = plant.port(line_id)
-    wanted = [plant.target(f"/bodies/{body_id}").address for body_id in bodies or ()]
+    named = [] if bodies is None else [body_id.strip() for body_id in bodies.split(",")]
+    wanted = [plant.target(f"/bodies/{body_id}").address for body_id in named]
     for address in wanted:
         if not address.startswith(f"{line_id}."):
             raise InvalidRequest(f"bodies: {address} is not on line {line_id}.", "Ask its own line.")
     numbers = None if bodies is None else {int(address.rpartition(".")[2], 16) for address in wanted}
-    return TraceFilter(line.subject_of, bodies=numbers, request_id=request_id)
+    return TraceFilter(
+        line.subject_of, bodies=numbers, request_id=request_id, without=() if polls else QUESTIONS
+    )
 
 
 async def newest(
@@ -150,7 +163,7 @@ def _told(records: Sequence[Record]) -> list[TraceEntry]:
     return list(map(TraceEntry.of, records))
 
 
-@ROWS.get("/lines/{line_id}/trace", result=Trace)
+@ROWS.get("/lines/{line_id}/trace", result=Trace, later=True)
 async def get_trace(
     plant: Plant,
     line_id: LineId,
@@ -166,9 +179,10 @@ async def get_trace(
     until: Annotated[AwareDatetime | None, Field(description="Only records not after this time.")] = None,
     bodies: TracedBodies = None,
     request_id: TracedRequest = None,
+    polls: TracedPolls = True,
 ) -> Written:
     """Give the newest bytes of the line, a robot's too, both ways, with their times."""
-    passing = filter_of(plant, line_id, split(bodies), request_id)
+    passing = filter_of(plant, line_id, bodies, request_id, polls=polls)
     found = await newest(plant, line_id, passing, last or limit, since, until)
     told = [await aside(written, found[first : first + AT_ONCE]) for first in range(0, len(found), AT_ONCE)]
     return Written(f'{{"line_id":"{line_id}","entries":[{",".join(told)}]}}')
@@ -177,8 +191,3 @@ async def get_trace(
 def written(entries: Sequence[BaseModel]) -> str:
     """Write records as JSON; for thousands that takes milliseconds, in which no stop may wait."""
     return ",".join(entry.model_dump_json() for entry in entries)
-
-
-def split(text: str | None) -> list[str] | None:
-    """The parts of a list with commas; None: all."""
-    return None if text is None else [part.strip() for part in text.split(",")]

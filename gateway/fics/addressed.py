@@ -10,7 +10,7 @@ from gateway.core.move_record import START_WITHIN_S
 from gateway.core.next_calls import NextCall
 from gateway.core.stops import StopMode
 from gateway.core.targets import BegunMoves, CommandReplies, MemberAnswers, Opened, Stopped, Target, stopped
-from gateway.fics.axes import Coordinates
+from gateway.fics.axes import CoordinateSystem
 from gateway.fics.calls import calls_for_robot
 from gateway.fics.move_requests import RobotMoveRequest
 from gateway.fics.moves import RobotMoves
@@ -24,7 +24,7 @@ from protocols.fics.row import FicsCommand
 from protocols.fics.stops import StopAllDecelerating, StopAllImmediately
 from protocols.table import RangeFault, SyntaxFault
 
-_SETTING: Final[dict[Coordinates, str]] = {"user": "speed_percent", "motor": "motor_speed_percent"}
+_SETTING: Final[dict[CoordinateSystem, str]] = {"user": "speed_percent", "motor": "motor_speed_percent"}
 
 
 @asynccontextmanager

@@ -5,6 +5,7 @@ from typing import Annotated, Any, ClassVar, Literal, TypeVar
 
 from pydantic import BeforeValidator, Field, ValidationError
 from pydantic_core import PydanticCustomError
+from typing_extensions import TypeAliasType
 
 from gateway.core.errors import InvalidRequest
 from gateway.core.records import AnswerModel, RequestModel
@@ -24,12 +25,15 @@ class Measured(RequestModel):
     unit: str
 
 
+AmountUnit = TypeAliasType("AmountUnit", Literal["mm", "pulse", "degree"])
+
+
 class Amount(Measured):
     """A coordinate, or an amount to move by, in the unit its axis is set up for."""
 
     quantity = Quantity.POSITION
     value: Number
-    unit: Literal["mm", "pulse", "degree"]
+    unit: AmountUnit
 
 
 class AxisSpeed(Measured):
@@ -51,6 +55,7 @@ def _each_axis_once(given: object) -> object:
 
 ByAxis = Annotated[dict[AxisName, V], BeforeValidator(_each_axis_once)]
 Amounts = ByAxis[Amount]
+AxisAmounts = TypeAliasType("AxisAmounts", Annotated[Amounts, Field(min_length=1)])
 AxisSpeeds = ByAxis[AxisSpeed]
 
 

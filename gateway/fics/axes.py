@@ -4,6 +4,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Annotated, Any, Literal, NamedTuple, TypeVar
 
 from pydantic import Field
+from typing_extensions import TypeAliasType
 
 from gateway.core.errors import InvalidRequest, NotFound
 from protocols.fics.jog import StepAxis
@@ -14,7 +15,11 @@ from protocols.fics.status import AxisStatus, MotionMode
 
 V = TypeVar("V")
 
-Coordinates = Literal["user", "motor"]
+CoordinateSystem = TypeAliasType("CoordinateSystem", Literal["user", "motor"])
+AxisUnits = TypeAliasType("AxisUnits", dict[str, str])
+"""Units by axis: mm, pulse or degree."""
+AxisValues = TypeAliasType("AxisValues", dict[str, float | None])
+"""Coordinates by axis; null where one is not known."""
 Places = Mapping[str, float | None]
 """The place of each axis; None while it is not known."""
 Tell = Callable[[str, dict[str, Any]], object]
@@ -47,11 +52,11 @@ class UnitAxes:
         self.systems = systems
         """The unit system of each axis; a name that user and motor axes share is one axis."""
 
-    def names(self, coordinates: Coordinates) -> list[str]:
+    def names(self, coordinates: CoordinateSystem) -> list[str]:
         """The names of its axes in user or in motor coordinates."""
         return self.axes if coordinates == "user" else self.motor_axes
 
-    def counted_in(self, coordinates: Coordinates) -> dict[str, str]:
+    def counted_in(self, coordinates: CoordinateSystem) -> dict[str, str]:
         """The unit of position of each axis: mm, pulse or degree."""
         return {name: self.systems[name].unit(Quantity.POSITION) for name in self.names(coordinates)}
 
@@ -63,7 +68,7 @@ class UnitAxes:
         """The motors that move an axis: all that are no user axes, where it is converted."""
         return [axis for axis in self.motor_axes if axis not in self.axes] if self.converted(axis) else [axis]
 
-    def coordinates_of(self, command: FicsCommand[Any]) -> Coordinates:
+    def coordinates_of(self, command: FicsCommand[Any]) -> CoordinateSystem:
         """The coordinates of a motion command; a step has those of its axis."""
         if isinstance(command, StepAxis):
             return "user" if command.axis in self.axes else "motor"
@@ -94,7 +99,7 @@ class UnitAxes:
 
     def require_values(
         self,
-        coordinates: Coordinates,
+        coordinates: CoordinateSystem,
         values: Iterable[float | None],
         quantity: Quantity | None = Quantity.POSITION,
         called: str = "coordinates",

@@ -18,7 +18,7 @@ from gateway.core.event_types import (
     news_types,
     restore_types,
 )
-from gateway.fics.axes import Coordinates
+from gateway.fics.axes import CoordinateSystem
 from gateway.fics.jogs import JogSession
 from gateway.fics.move_record import RobotMove
 from gateway.fics.stops import RobotStopReport
@@ -50,8 +50,10 @@ class ErrorsReset(EventData):
 class SpeedsKnown(EventData):
     """The speeds in percent that are set again, and the axes that are at 100 %: by unit and coordinates."""
 
-    speeds: dict[str, dict[Coordinates, dict[str, float]]] = Field(description="Percentages of full speed.")
-    full_speed: dict[str, dict[Coordinates, list[str]]]
+    speeds: dict[str, dict[CoordinateSystem, dict[str, float]]] = Field(
+        description="Percentages of full speed."
+    )
+    full_speed: dict[str, dict[CoordinateSystem, list[str]]]
 
 
 class RobotPowerLoss(SpeedsKnown):
@@ -71,7 +73,7 @@ class RobotPosition(EventData):
     """Where the axes of a unit stand (APS)."""
 
     unit: int
-    coordinates: Coordinates
+    coordinates: CoordinateSystem
     axes: dict[str, LiveAxis]
 
 

@@ -8,7 +8,7 @@ from typing import Any, Final
 
 from gateway.core.errors import ControllerRefused, GatewayError, NoReply, NotSent, Outdated, PowerCycled
 from gateway.core.supervisor import do_each
-from gateway.fics.axes import AxisDurations, Coordinates, Tell, UnitAxes
+from gateway.fics.axes import AxisDurations, CoordinateSystem, Tell, UnitAxes
 from gateway.fics.bits import AxisEdges, Bits
 from gateway.fics.errors import ErrorStands, RobotBusy, UnitMissing, UnitNotSelected, answered
 from gateway.fics.exchange import STATUS, UNIT, Outcome, Proof, RobotAnswered, RobotQuestion
@@ -250,7 +250,7 @@ class Knowledge:
         self.unit = SelectedUnit(robot_id, units, self.motion, tell)
         self.settings_changed = 0
         """Count of the times that a setting of an axis may have changed."""
-        self.durations: dict[tuple[int, Coordinates], AxisDurations] = {}
+        self.durations: dict[tuple[int, CoordinateSystem], AxisDurations] = {}
         """Speeds and ramps of the axes of a unit by the settings that were read last."""
         self.said = 0
         """Count of the commands that may have changed what was read before."""

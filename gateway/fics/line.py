@@ -3,6 +3,7 @@
 import asyncio
 import logging
 import random
+import re
 from collections.abc import Callable, Iterable
 from contextlib import AbstractContextManager
 from functools import partial
@@ -30,9 +31,11 @@ from protocols.fics.system import (
     SystemVersion,
 )
 from transports.base import Transport
+from transports.trace import UNNAMED, FrameSubject
 
 log = logging.getLogger(__name__)
 
+_NAME = re.compile(rb"\s*([0-9A-Z]{3})(?![0-9A-Z])")
 ASK_AGAIN_S = (0.5, 2.0)
 """First and longest pause before a robot that is silent, or in the wrong mode, is asked again."""
 READY_WITHIN_S = 2.0
@@ -136,6 +139,11 @@ class FicsLine(LineDriver[FicsExchange, ReplyFrame, ReplyFrame]):
         """Show the exact frame of a command as text, with its terminator escaped."""
         frame = self._session.exchange(command, Lane.COMMAND).frame
         return frame.decode("ascii").replace("\r", "\\r").replace("\n", "\\n")
+
+    def subject_of(self, frame: bytes) -> FrameSubject:
+        """A frame is about its command: replies name it, those of motion long after others'."""
+        named = _NAME.match(frame)
+        return FrameSubject(named[1] if named else UNNAMED)
 
     def address_of(self, _target: int) -> str:
         """The robot's id: it is alone on its line."""

@@ -3,10 +3,12 @@
 from typing import Any, Final, Literal
 
 from pydantic import Field
+from typing_extensions import TypeAliasType
 
 from gateway.core.errors import InvalidRequest
 from gateway.core.move_record import MoveRecord
-from gateway.fics.axes import Coordinates, UnitAxes
+from gateway.core.operation import DETAIL
+from gateway.fics.axes import AxisUnits, AxisValues, CoordinateSystem, UnitAxes
 from protocols.fics.homing import HomeRobot
 from protocols.fics.jog import StepAxis
 from protocols.fics.macros import RunMacro
@@ -14,7 +16,10 @@ from protocols.fics.motor_axes import MoveMotorsAbsolute, MoveMotorsRelative
 from protocols.fics.moves import AxesMove, MoveAbsolute, MoveRelative, MoveToPosition
 from protocols.fics.row import FicsCommand
 
-RobotMoveKind = Literal["absolute", "relative", "position", "home", "step", "macro"]
+RobotMoveKind = TypeAliasType(
+    "RobotMoveKind", Literal["absolute", "relative", "position", "home", "step", "macro"]
+)
+RobotMoveCompletion = TypeAliasType("RobotMoveCompletion", Literal["reply", "inferred"])
 
 KINDS: Final[dict[type[FicsCommand[Any]], RobotMoveKind]] = {
     MoveAbsolute: "absolute",
@@ -35,28 +40,27 @@ class RobotMove(MoveRecord):
     robot_id: str
     unit: int
     kind: RobotMoveKind
-    coordinates: Coordinates = Field(description="Coordinates of the positions.")
-    units: dict[str, str] = Field(description="Units of the positions, by axis: mm, pulse or degree.")
+    coordinates: CoordinateSystem = Field(description="Coordinates of the positions.")
+    units: AxisUnits = Field(description="Units of the positions, by axis: mm, pulse or degree.")
     end_cause: str | None = Field(
         default=None,
         description="normal, stop_command or error_nnn as the robot says; not_executed, power_cycled or "
         "position_mismatch as the gateway found.",
     )
-    start_position: dict[str, float | None] | None = Field(
-        default=None, description="Position before the move, by axis."
-    )
-    target_position: dict[str, float | None] | None = Field(
+    start_position: AxisValues | None = Field(default=None, description="Position before the move, by axis.")
+    target_position: AxisValues | None = Field(
         default=None, description="Target by axis, where it can be known beforehand."
     )
     longest_s: float | None = Field(
         default=None, description="Seconds it may take by distance and speed, where these are known."
     )
-    position: dict[str, float | None] | None = Field(
+    position: AxisValues | None = Field(
         default=None, description="Position as last read, by axis; null while an axis does not know it."
     )
-    completion: Literal["reply", "inferred"] | None = Field(
+    completion: RobotMoveCompletion | None = Field(
         default=None,
         description="Evidence of the end: the robot's reply to the move, or inferred from its standstill.",
+        json_schema_extra=DETAIL,
     )
 
 

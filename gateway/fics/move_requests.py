@@ -6,8 +6,8 @@ from pydantic import Field
 
 from gateway.core.move_record import StartRequest
 from gateway.core.records import example
-from gateway.fics.amounts import Amounts, build, numbers
-from gateway.fics.axes import Coordinates, UnitAxes
+from gateway.fics.amounts import AxisAmounts, build, numbers
+from gateway.fics.axes import CoordinateSystem, UnitAxes
 from protocols.fics import motor_axes, moves
 from protocols.fics.homing import HomeRobot
 from protocols.fics.jog import StepAxis, Steps
@@ -15,11 +15,11 @@ from protocols.fics.notation import AxisName, PercentNumber, PositionNumber
 from protocols.fics.row import FicsCommand
 
 MotionRow = type[FicsCommand[Any]]
-_ABSOLUTE: Final[dict[Coordinates, MotionRow]] = {
+_ABSOLUTE: Final[dict[CoordinateSystem, MotionRow]] = {
     "user": moves.MoveAbsolute,
     "motor": motor_axes.MoveMotorsAbsolute,
 }
-_RELATIVE: Final[dict[Coordinates, MotionRow]] = {
+_RELATIVE: Final[dict[CoordinateSystem, MotionRow]] = {
     "user": moves.MoveRelative,
     "motor": motor_axes.MoveMotorsRelative,
 }
@@ -37,13 +37,11 @@ SpeedPercent = Annotated[
 
 class _AxesMoveRequest(StartRequest):
     speed_percent: SpeedPercent = None
-    coordinates: Coordinates = Field(
+    coordinates: CoordinateSystem = Field(
         default="user",
         description="Coordinates of the axes: those of the user or of the motors (C-HOST manual 1-6).",
     )
-    axes: Amounts = Field(
-        min_length=1, description="Amounts by name; an axis that is not named stays where it is."
-    )
+    axes: AxisAmounts = Field(description="Amounts by name; an axis that is not named stays where it is.")
 
     def _built(self, row: MotionRow, unit: UnitAxes) -> FicsCommand[Any]:
         names = unit.names(self.coordinates)

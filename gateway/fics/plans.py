@@ -12,7 +12,7 @@ from gateway.core.errors import ControllerRefused, GatewayError
 from gateway.core.exchange import Lane
 from gateway.core.records import Record
 from gateway.core.trajectories import Trajectory
-from gateway.fics.axes import AxisDuration, AxisDurations, Coordinates, Places
+from gateway.fics.axes import AxisDuration, AxisDurations, AxisUnits, AxisValues, CoordinateSystem, Places
 from gateway.fics.conversation import STATE_FORBIDS
 from gateway.fics.errors import NotHomed, PositionUnknown
 from gateway.fics.motion_state import SMOOTH
@@ -31,7 +31,7 @@ PER_SECOND = {AxisSystem.MILLIMETRE: 1.0, AxisSystem.PULSE: 1000.0, AxisSystem.D
 PATIENCE, PATIENCE_S = 1.5, 5.0
 """A move is overdue after this multiple of its reckoning and this time more, in seconds."""
 
-ROWS: Final[Mapping[Coordinates, Sequence[FicsCommand[Any]]]] = {
+ROWS: Final[Mapping[CoordinateSystem, Sequence[FicsCommand[Any]]]] = {
     "user": (
         speeds.GetMaximumSpeeds(),
         speeds.GetSpeedPercent(),
@@ -49,7 +49,7 @@ ROWS: Final[Mapping[Coordinates, Sequence[FicsCommand[Any]]]] = {
 
 
 async def longest_move_s(
-    unit: RobotUnit, coordinates: Coordinates, start: Places, target: Places
+    unit: RobotUnit, coordinates: CoordinateSystem, start: Places, target: Places
 ) -> float | None:
     """The longest time in seconds that a move takes; None where a place or a speed is not known.
 
@@ -58,7 +58,7 @@ async def longest_move_s(
     return longest_s(start, target, await _durations_of(unit, coordinates))
 
 
-async def _durations_of(unit: RobotUnit, coordinates: Coordinates) -> AxisDurations:
+async def _durations_of(unit: RobotUnit, coordinates: CoordinateSystem) -> AxisDurations:
     """How fast the axes of a unit go, kept until a setting may have changed; empty where it is not told."""
     known, key = unit.known, (unit.number, coordinates)
     if key in known.durations:
@@ -77,7 +77,7 @@ async def _durations_of(unit: RobotUnit, coordinates: Coordinates) -> AxisDurati
     return found
 
 
-async def _durations_read(unit: RobotUnit, coordinates: Coordinates) -> AxisDurations:
+async def _durations_read(unit: RobotUnit, coordinates: CoordinateSystem) -> AxisDurations:
     rows = ROWS[coordinates]
     top, percent, up, down = [await unit.read(row, Lane.COMMAND) for row in rows]
     told = zip(
@@ -108,12 +108,12 @@ class PlannedRobotMove(Record):
 
     body_id: str = Field(description="Address of the unit, ROBOT/units/1.")
     frame: str = Field(description="The exact bytes that would be sent, CR as \\r.")
-    coordinates: Coordinates = Field(description="Coordinates of the positions.")
-    units: dict[str, str] = Field(description="Units by axis: mm, pulse or degree.")
-    start_position: dict[str, float | None] | None = Field(
+    coordinates: CoordinateSystem = Field(description="Coordinates of the positions.")
+    units: AxisUnits = Field(description="Units by axis: mm, pulse or degree.")
+    start_position: AxisValues | None = Field(
         None, description="Present position by axis; null while the robot does not tell it."
     )
-    target_position: dict[str, float | None] | None = Field(
+    target_position: AxisValues | None = Field(
         None, description="Target by axis that moves, where it can be known beforehand."
     )
     duration_s: float | None = Field(
@@ -227,7 +227,9 @@ def _ways(plan: PlannedRobotMove, command: FicsCommand[Any]) -> dict[str, float]
     return {axis: way for axis, way in ways.items() if way}
 
 
-async def rides_of(unit: RobotUnit, coordinates: Coordinates, ways: Mapping[str, float]) -> dict[str, Ride]:
+async def rides_of(
+    unit: RobotUnit, coordinates: CoordinateSystem, ways: Mapping[str, float]
+) -> dict[str, Ride]:
     """Work out how a single axis goes its way; the manual tells of no more than that.
 
     :raises NotCalculable: several axes go, or something is not known.
@@ -285,9 +287,7 @@ class RobotSample(Record):
 
     time: datetime = Field(description="Time of the robot's answer.")
     time_s: float = Field(description="Seconds since the move's command was written.")
-    axes: dict[str, float | None] = Field(
-        description="Coordinates by axis; null while the robot does not know one."
-    )
+    axes: AxisValues = Field(description="Coordinates by axis; null while the robot does not know one.")
     planned: dict[str, float] | None = Field(
         description="Planned place of the axis that moves at this time, in its `units`; null without a plan."
     )
@@ -299,8 +299,8 @@ class RobotSamples(Record):
     move_id: str
     robot_id: str
     unit: int
-    coordinates: Coordinates
-    units: dict[str, str] = Field(description="Units of the positions, by axis: mm, pulse or degree.")
+    coordinates: CoordinateSystem
+    units: AxisUnits = Field(description="Units of the positions, by axis: mm, pulse or degree.")
     planned_s: float | None = Field(description="Seconds that the plan takes; null without a plan.")
     note: str | None = Field(description="Why there is no plan.")
     samples: list[RobotSample]

@@ -10,7 +10,7 @@ from gateway.core.errors import NoReply, NotSent, PowerCycled
 from gateway.core.preparation import Asked
 from gateway.core.preparation import Missing as CoreMissing
 from gateway.core.records import AnswerModel
-from gateway.fics.axes import Coordinates, Tell, UnitAxes, unit_of
+from gateway.fics.axes import CoordinateSystem, Tell, UnitAxes, unit_of
 from gateway.fics.errors import SpeedsNotRestored, answered
 from gateway.fics.exchange import MODE, PLACES, STATUS, Outcome, Proof, RobotAnswered, RobotQuestion
 from protocols.fics.axis_settings import SpeedPercents
@@ -31,7 +31,7 @@ FULL_SPEED: Final = 100.0
 ACKNOWLEDGE = "See that its speeds are right, acknowledge the power cycle, then home it."
 
 Setter = type[SetSpeedPercent] | type[SetMotorSpeedPercent]
-SPEEDS: Final[dict[Coordinates, tuple[Setter, FicsCommand[Any]]]] = {
+SPEEDS: Final[dict[CoordinateSystem, tuple[Setter, FicsCommand[Any]]]] = {
     "user": (SetSpeedPercent, GetSpeedPercent()),
     "motor": (SetMotorSpeedPercent, GetMotorSpeedPercent()),
 }
@@ -119,7 +119,7 @@ class RobotMemory(AnswerModel):
     cycled: bool
     certain: bool
     due: set[int]
-    speeds: dict[int, dict[Coordinates, Speeds]]
+    speeds: dict[int, dict[CoordinateSystem, Speeds]]
 
 
 class LineFacts(Protocol):
@@ -151,7 +151,7 @@ class RobotPower:
     """Counts the losses of power that were noticed."""
     due: set[int] = field(default_factory=set)
     """The units whose speeds have to be set again before any move."""
-    _speeds: dict[int, dict[Coordinates, Speeds]] = field(default_factory=dict)
+    _speeds: dict[int, dict[CoordinateSystem, Speeds]] = field(default_factory=dict)
     """The speed percentages by unit, in user and in motor coordinates (C-HOST manual 2-15, 4-5).
 
     As last set, or as read before; an axis that was never set or read is missing.
@@ -296,24 +296,24 @@ class RobotPower:
         """True if the percentages of a unit are known: a loss of power may show in them."""
         return bool(self._known(unit, "user"))
 
-    def is_slower(self, unit: UnitAxes, coordinates: Coordinates) -> bool:
+    def is_slower(self, unit: UnitAxes, coordinates: CoordinateSystem) -> bool:
         """True if a loss of power would raise a speed of a unit."""
         return any(percent != FULL_SPEED for percent in self._known(unit, coordinates).values())
 
-    def _differ(self, unit: UnitAxes, coordinates: Coordinates, found: SpeedPercents) -> bool:
+    def _differ(self, unit: UnitAxes, coordinates: CoordinateSystem, found: SpeedPercents) -> bool:
         told = dict(zip(unit.names(coordinates), found.percents, strict=False))
         return any(told.get(axis) != percent for axis, percent in self._known(unit, coordinates).items())
 
-    def _setting(self, unit: UnitAxes, coordinates: Coordinates) -> FicsCommand[Any] | None:
+    def _setting(self, unit: UnitAxes, coordinates: CoordinateSystem) -> FicsCommand[Any] | None:
         """The command that sets the known speeds of a unit; None where none is known."""
         known = self._known(unit, coordinates)
         setter, _ = SPEEDS[coordinates]
         return setter(percents=[known.get(axis) for axis in unit.names(coordinates)]) if known else None
 
-    def _speeds_of(self, unit: UnitAxes, coordinates: Coordinates) -> Speeds:
+    def _speeds_of(self, unit: UnitAxes, coordinates: CoordinateSystem) -> Speeds:
         return self._speeds.setdefault(unit.number, {}).setdefault(coordinates, {})
 
-    def _known(self, unit: UnitAxes, coordinates: Coordinates) -> Speeds:
+    def _known(self, unit: UnitAxes, coordinates: CoordinateSystem) -> Speeds:
         """The known speeds of a unit's user or motor axes."""
         return dict(self._speeds.get(unit.number, {}).get(coordinates, {}))
 
@@ -352,12 +352,12 @@ class RobotPower:
         """The units whose speeds have to be set again, in their order."""
         return [unit_of(self.units, number) for number in sorted(self.due)]
 
-    def speeds_set_again(self, unit: UnitAxes, coordinates: Coordinates) -> Missing:
+    def speeds_set_again(self, unit: UnitAxes, coordinates: CoordinateSystem) -> Missing:
         """Need that the known speeds of a unit, which is selected, are set again and read back."""
         return partial(self._missing_speeds, unit, coordinates)
 
     def _missing_speeds(
-        self, unit: UnitAxes, coordinates: Coordinates, heard: History
+        self, unit: UnitAxes, coordinates: CoordinateSystem, heard: History
     ) -> RobotQuestion | None:
         setting = self._setting(unit, coordinates)
         if setting is None:
@@ -369,12 +369,14 @@ class RobotPower:
             raise self._not_restored(unit)
         return None
 
-    def speeds_kept(self, unit: UnitAxes, coordinates: Coordinates, proof: Proof | None = None) -> Missing:
+    def speeds_kept(
+        self, unit: UnitAxes, coordinates: CoordinateSystem, proof: Proof | None = None
+    ) -> Missing:
         """Need that a speed below 100 %, which a loss of power would have raised, was looked at."""
         return partial(self._missing_look_at_speeds, unit, coordinates, proof)
 
     def _missing_look_at_speeds(
-        self, unit: UnitAxes, coordinates: Coordinates, proof: Proof | None, heard: History
+        self, unit: UnitAxes, coordinates: CoordinateSystem, proof: Proof | None, heard: History
     ) -> RobotQuestion | None:
         if heard:
             if self._speeds_told_by(unit, heard[-1]) is None:
@@ -494,6 +496,6 @@ def reply_of(robot_id: str, who: str, asked: Asked[RobotQuestion, Outcome]) -> R
     return reply
 
 
-def _coordinates(command: FicsCommand[Any]) -> Coordinates:
+def _coordinates(command: FicsCommand[Any]) -> CoordinateSystem:
     motors = SetMotorSpeedPercent | GetMotorSpeedPercent | GetMotorPosition
     return "motor" if isinstance(command, motors) else "user"

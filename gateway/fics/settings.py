@@ -10,7 +10,7 @@ from gateway.core.operation import Expectation, Rows
 from gateway.core.records import AnswerModel, SentBack, example
 from gateway.core.rights import Right
 from gateway.fics.amounts import Amounts, AxisSpeeds, AxisValue, ByAxis, build, in_order, numbers
-from gateway.fics.axes import NOISE_DIGITS, Coordinates, Places, UnitAxes
+from gateway.fics.axes import NOISE_DIGITS, CoordinateSystem, Places, UnitAxes
 from gateway.fics.errors import NotReadBack, PartlyChanged, RobotFailed
 from gateway.fics.units import RobotUnit
 from gateway.texts import Text, text
@@ -37,7 +37,7 @@ Row = type[FicsCommand[Any]]
 
 
 class _Limits(NamedTuple):
-    coordinates: Coordinates
+    coordinates: CoordinateSystem
     get_lower: Row
     get_upper: Row
     set_lower: type[CoordinateSetting]
@@ -79,7 +79,9 @@ class CrossedAxisLimit(NamedTuple):
         return f"{round(place, NOISE_DIGITS):.15g} {self.unit}"
 
 
-async def crossed_limits(unit: RobotUnit, coordinates: Coordinates, end: Places) -> list[CrossedAxisLimit]:
+async def crossed_limits(
+    unit: RobotUnit, coordinates: CoordinateSystem, end: Places
+) -> list[CrossedAxisLimit]:
     """Give the soft limits that the end of a move lies beyond; such a move is refused (C-HOST manual 2-12).
 
     An axis whose place is not known has none: a robot cannot hold it to them either, an assumption.
@@ -106,7 +108,7 @@ async def crossed_limits(unit: RobotUnit, coordinates: Coordinates, end: Places)
 
 
 async def name_limits(
-    unit: RobotUnit, coordinates: Coordinates, end: Places | None, refusal: GatewayError
+    unit: RobotUnit, coordinates: CoordinateSystem, end: Places | None, refusal: GatewayError
 ) -> None:
     """Name the axes, their targets and the limits, where a refused move leads beyond; only reads are sent."""
     if not isinstance(refusal, ControllerRefused) or refusal.error_code != BEYOND or not end:
@@ -182,7 +184,7 @@ class AxisSettingRows(NamedTuple):
 
     read: Row
     write: Row
-    coordinates: Coordinates
+    coordinates: CoordinateSystem
     quantity: Quantity | None = None
     """The quantity in the units of the axes; None where all axes have the same unit."""
 

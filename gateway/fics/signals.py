@@ -21,7 +21,7 @@ from protocols.fics.variables import (
     VariableValue,
 )
 
-ROWS: Final = Rows("robots")
+ROWS: Final = Rows("robots", later=True)
 BITS = range(8)
 
 FirstChannel = Annotated[ChannelNumber, Field(description="The first channel.")]

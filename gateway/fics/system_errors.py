@@ -4,6 +4,7 @@ from datetime import UTC, datetime
 
 from pydantic import Field
 
+from gateway.core.operation import DETAIL
 from gateway.core.records import Record
 from gateway.fics.axes import Tell
 from gateway.texts import Text, text
@@ -21,7 +22,9 @@ class RobotErrorRecord(Record):
     ja: str
     remedy_en: str
     remedy_ja: str
-    kind: DetailKind | None = Field(description="Kind of error that the details describe; null if not known.")
+    kind: DetailKind | None = Field(
+        description="Kind of error that the details describe; null if not known.", json_schema_extra=DETAIL
+    )
     detail: str | None = Field(description="Answer of ERD, as it came.")
     unit: int | None = Field(
         default=None, description="Unit of the error; null in a system of a single unit, too."

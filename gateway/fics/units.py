@@ -4,11 +4,13 @@ from collections.abc import Awaitable, Callable, Sequence
 from itertools import pairwise
 from typing import Any, Literal, TypeVar
 
+from typing_extensions import TypeAliasType
+
 from gateway.core.errors import ControllerRefused, GarbledReply, GatewayError, InvalidRequest
 from gateway.core.events import Data, Event
 from gateway.core.exchange import Lane
 from gateway.core.trajectories import Trajectory
-from gateway.fics.axes import Coordinates, Places, UnitAxes, at_rest, unit_of
+from gateway.fics.axes import CoordinateSystem, Places, UnitAxes, at_rest, unit_of
 from gateway.fics.bits import Bits
 from gateway.fics.conversation import Answers, Conversation, answered_now, deadline_of
 from gateway.fics.errors import HOME_FIRST, NotDone, NotHomed, PositionUnknown, RobotBusy
@@ -34,7 +36,9 @@ Publish = Callable[[str, str, Data, str | None], Event]
 """Type, subject, data and correlation of an event."""
 
 T = TypeVar("T")
-UnknownReason = Literal["not_homed", "homing", "macro", "automatic", "no_conversion", "not_known"]
+UnknownReason = TypeAliasType(
+    "UnknownReason", Literal["not_homed", "homing", "macro", "automatic", "no_conversion", "not_known"]
+)
 """Why a robot does not tell where an axis stands (C-HOST manual 2-9), as far as the gateway can find out."""
 _WHY: dict[UnknownReason, str] = {
     "not_homed": "it is not homed",
@@ -83,7 +87,7 @@ class RobotUnit(UnitAxes):
         return await self._conversation.as_expected(read, expects)
 
     async def position(
-        self, coordinates: Coordinates = "user", lane: Lane = Lane.READ
+        self, coordinates: CoordinateSystem = "user", lane: Lane = Lane.READ
     ) -> dict[str, float | None]:
         """Read the position; an axis is null while its position is not known (C-HOST manual 2-9, 4-4).
 
@@ -92,7 +96,7 @@ class RobotUnit(UnitAxes):
         return (await self.position_at(coordinates, lane))[0]
 
     async def position_at(
-        self, coordinates: Coordinates = "user", lane: Lane = Lane.READ
+        self, coordinates: CoordinateSystem = "user", lane: Lane = Lane.READ
     ) -> tuple[dict[str, float | None], float]:
         """Read the position as `position` does, and tell when the answer came, on the event loop's clock."""
         (reply,), at, _ = await self._conversation.ask(POSITIONS[coordinates], self.number, lane)

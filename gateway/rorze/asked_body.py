@@ -9,6 +9,8 @@ from contextlib import AbstractAsyncContextManager, AbstractContextManager
 from operator import eq
 from typing import Any, Final, Literal, Protocol, TypeVar
 
+from typing_extensions import TypeAliasType
+
 from gateway.core.errors import GatewayError, NotSent
 from gateway.core.exchange import Lane
 from gateway.rorze.units import Scale
@@ -68,7 +70,7 @@ class KnownFlash(Protocol):
         """True if what a command sets may never have been set, though it reads so."""
 
 
-Homed = Literal["yes", "no", "unknown"]
+Homed = TypeAliasType("Homed", Literal["yes", "no", "unknown"])
 
 
 class PowerLosses(Protocol):

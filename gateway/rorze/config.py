@@ -6,6 +6,7 @@ from math import ceil
 from typing import Annotated, Literal, Self
 
 from pydantic import AfterValidator, Field, PlainValidator, model_validator
+from typing_extensions import TypeAliasType
 
 from gateway.core import tables
 from gateway.core.tables import Array, Fault, Name, Table, Weakness, refuse_repeats
@@ -187,13 +188,16 @@ class GroupTable(Table):
         return self
 
 
+StopTiming = TypeAliasType("StopTiming", Literal["interject", "after_reply"])
+
+
 class RorzeLineTable(tables.LineTable):
     """A port with a link master and its bodies behind it."""
 
     introducer: Literal["&", "$", "#"] = "&"
     """The first character of a command; after `$` and `#` a body number has one digit (RC-420 manual 12)."""
     pipeline: Annotated[int, AfterValidator(_check_pipeline)] = 1
-    stop_mode: Literal["interject", "after_reply"] = "interject"
+    stop_mode: StopTiming = "interject"
     """True if a stop is sent at once or, should the link master not take it, after the reply under way."""
     port_baud: int = Field(9600, ge=50, le=4_000_000)
     """Speed of the serial port behind a terminal server; frames behind unanswered ones are spaced by it."""

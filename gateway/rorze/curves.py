@@ -1,6 +1,6 @@
 """How fast a move with a pattern would be at each moment, with the settings of now (RC-420 manual 13.3)."""
 
-from typing import Annotated, Final, Literal, NamedTuple
+from typing import Annotated, Final, NamedTuple
 
 from pydantic import Field
 
@@ -10,20 +10,16 @@ from gateway.core.records import Record, RequestModel, example
 from gateway.core.rights import Right
 from gateway.rorze.bodies import Body
 from gateway.rorze.patterns import Changes, PatternNumber, read_pattern
-from gateway.rorze.plans import pulses_per_count
+from gateway.rorze.plans import Speed, pulses_per_count
 from gateway.rorze.speed_sets import SpeedSetValues, parameters_of
-from gateway.rorze.units import Length, Scale, Scaled, to_pulses
+from gateway.rorze.units import Length, LengthUnit, Scale, Scaled, to_pulses
 from protocols.rorze.notation import BILLION
 from protocols.rorze.profile import Profile, ProfileError, SpeedChange, SpeedParameters, plan, plan_slow
 
 ROWS: Final = Rows("body settings")
 Distance = Annotated[float, Field(gt=0, lt=1e9, allow_inf_nan=False, description="Distance of the move.")]
-CurveUnit = Annotated[
-    Literal["pulse", "mm", "um", "deg", "mdeg"], Field(description="Unit of the distance; pulses are whole.")
-]
-CurveSpeed = Annotated[
-    Literal["high", "low"], Field(description="`low` runs at the start speed, without ramps.")
-]
+CurveUnit = Annotated[LengthUnit, Field(description="Unit of the distance; pulses are whole.")]
+CurveSpeed = Annotated[Speed, Field(description="`low` runs at the start speed, without ramps.")]
 Points = Annotated[int, Field(ge=2, le=2_000, description="Number of moments, evenly spread.")]
 
 
@@ -76,9 +72,7 @@ class CurveDraft(
     )
     changes: Changes = Field(default_factory=list)
     distance: Length = Field(description="Distance of the move.")
-    speed: Literal["high", "low"] = Field(
-        default="high", description="`low` runs at the start speed, without ramps."
-    )
+    speed: Speed = Field(default="high", description="`low` runs at the start speed, without ramps.")
     points: int = Field(default=200, ge=2, le=2_000, description="Number of moments, evenly spread.")
 
     def course(self) -> "_Course":
@@ -114,7 +108,7 @@ async def curve_of(
     body: Body,
     number: int,
     distance: int,
-    speed: Literal["high", "low"],
+    speed: Speed,
     points: int,
     draft: CurveDraft | None = None,
 ) -> SpeedCurve:

@@ -28,7 +28,7 @@ from gateway.core.family import (
 from gateway.core.jogs import JogNews
 from gateway.core.move_log import MoveLog
 from gateway.core.move_record import RESTARTED, Move, MoveStatus
-from gateway.core.operation import DocumentSection, RouteWords
+from gateway.core.operation import DETAIL, DocumentSection, RouteWords
 from gateway.core.origin import RESTART, acting
 from gateway.core.parts import Part, numbered_address
 from gateway.core.restores import Restores
@@ -107,8 +107,11 @@ class LineInfo(PortInfo):
     protocol: Literal["rorze"]
     controllers: Annotated[str, Field(description="Answer of the link master to XID.")]
     stop_mode: Annotated[
-        Literal["interject", "after_reply"],
-        Field(description="Moment of a stop: at the next frame boundary, or after the reply under way."),
+        config.StopTiming,
+        Field(
+            description="Moment of a stop: at the next frame boundary, or after the reply under way.",
+            json_schema_extra=DETAIL,
+        ),
     ]
     strict: Annotated[
         bool,

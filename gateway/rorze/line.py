@@ -29,7 +29,7 @@ from protocols.rorze.link_master import IdentifyControllers, SetGroup, SetReplyF
 from protocols.rorze.row import LINK_MASTER, RorzeCommand
 from protocols.table import Effect
 from transports.base import Transport
-from transports.trace import FrameSubject
+from transports.trace import UNNAMED, FrameSubject
 
 log = logging.getLogger(__name__)
 
@@ -225,7 +225,7 @@ class Line(LineDriver[RorzeExchange, ReplyFrame | Message, ReplyFrame]):
         """A frame is about its address; a group's about all members, and a reply about those it names."""
         match = _ADDRESS.search(frame)
         if match is None:
-            return FrameSubject(b"")
+            return FrameSubject(UNNAMED)
         number = int(match[1] or match[2], 16)
         named = (int(member, 16) for member in _MEMBER.findall(frame))
         return FrameSubject(b"%X" % number, frozenset((number, *self.groups.get(number, ()), *named)))

@@ -3,13 +3,14 @@
 from typing import Annotated, Any, Final, Literal, TypeVar
 
 from pydantic import Field, PrivateAttr, ValidationError, model_validator
+from typing_extensions import TypeAliasType
 
 from gateway.core.errors import InvalidRequest
 from gateway.core.jogs import Jog
 from gateway.core.move_record import StartRequest
 from gateway.core.records import RequestModel, example
 from gateway.rorze.bodies import Group
-from gateway.rorze.plans import MaxSpeed, require_one_speed
+from gateway.rorze.plans import MaxSpeed, Speed, require_one_speed
 from gateway.rorze.units import Length, Scale
 from protocols.rorze import moves, origin
 from protocols.rorze.notation import PositionReference
@@ -17,8 +18,7 @@ from protocols.rorze.row import RorzeCommand
 from protocols.rorze.stops import Accelerate, ChangeSpeed, Decelerate
 from protocols.wording import expectation
 
-Direction = Literal["cw", "ccw"]
-Speed = Literal["high", "low"]
+Direction = TypeAliasType("Direction", Literal["cw", "ccw"])
 Pattern = Annotated[
     int | None,
     Field(ge=0, le=29, description="Acceleration pattern; left out, number 30 (RC-420 manual 13.3.4)."),
@@ -98,13 +98,19 @@ class PositionMoveRequest(StartRequest, json_schema_extra=example(kind="position
         return _built(_ABSOLUTE[self.speed], position=entry, pattern=self.pattern)
 
 
+HomeMethod = TypeAliasType(
+    "HomeMethod",
+    Literal[
+        "standard", "stall_detection", "fast_then_stop", "fast_then_decelerate", "rc204", "centre_stall_dog"
+    ],
+)
+
+
 class HomeRequest(StartRequest, json_schema_extra=example(kind="home")):
     """Search the origin (RC-420 manual 13.5), or the centre of the stall dog after that (13.6.2)."""
 
     kind: Literal["home"]
-    method: Literal[
-        "standard", "stall_detection", "fast_then_stop", "fast_then_decelerate", "rc204", "centre_stall_dog"
-    ] = Field(
+    method: HomeMethod = Field(
         default="standard",
         description="Commands 00M, 01M, 02M, 03M, 04M and 0QM, in this order. 0QM goes to the nearest dog, "
         "and makes no body `homed`.",
@@ -171,8 +177,7 @@ def common_command(group: Group, move: MoveRequest) -> RorzeCommand[Any]:
     return first
 
 
-Turn = Literal["cw", "ccw"]
-_TURNS: Final[dict[str, Turn]] = {"+": "cw", "-": "ccw", "cw": "cw", "ccw": "ccw"}
+_TURNS: Final[dict[str, Direction]] = {"+": "cw", "-": "ccw", "cw": "cw", "ccw": "ccw"}
 
 
 class BodyJogRequest(RequestModel, json_schema_extra=example(direction="cw")):
@@ -191,7 +196,7 @@ class BodyJogRequest(RequestModel, json_schema_extra=example(direction="cw")):
     _one_speed = model_validator(mode="after")(require_one_speed)
 
     @property
-    def turn(self) -> Turn:
+    def turn(self) -> Direction:
         """The direction in the words of moves."""
         return _TURNS[self.direction]
 
@@ -201,7 +206,7 @@ class BodyJog(Jog):
 
     id: str = Field(description="Id of the jog, and of the move it makes.")
     body_id: str
-    direction: Turn
+    direction: Direction
     speed: Speed
     distance: int = Field(description="Longest way in pulses; encoder counts in encoder mode.")
     _bound: str = PrivateAttr("")

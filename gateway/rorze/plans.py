@@ -9,6 +9,7 @@ from operator import attrgetter
 from typing import Annotated, Any, Final, Literal, NamedTuple, TypeVar
 
 from pydantic import Field, WithJsonSchema
+from typing_extensions import TypeAliasType
 
 from gateway.core.errors import ControllerRefused, InvalidRequest
 from gateway.core.exchange import Lane
@@ -60,13 +61,15 @@ NEVER_SET: Final = 0
 """A speed that was never set (RC-420 manual 14, OHD)."""
 
 
+Speed = TypeAliasType("Speed", Literal["high", "low"])
+RateUnit = TypeAliasType("RateUnit", Literal["pulse/s", "mm/s", "um/s", "deg/s", "mdeg/s"])
+
+
 class Rate(RequestModel, json_schema_extra=example(value=1000, unit="pulse/s")):
     """A speed with its unit."""
 
     value: Annotated[int | float, WithJsonSchema({"type": "number"})] = Field(gt=0, lt=1e9)
-    unit: Literal["pulse/s", "mm/s", "um/s", "deg/s", "mdeg/s"] = Field(
-        description="Other units than pulse/s need the body's scale in the configuration."
-    )
+    unit: RateUnit = Field(description="Other units than pulse/s need the body's scale in the configuration.")
 
 
 MaxSpeed = Annotated[
@@ -452,7 +455,7 @@ async def amount_of(body: Body, pulses: int) -> int:
     return round(pulses / ratio.ratio)
 
 
-async def top_speed_of(body: Body, speed: Literal["high", "low"], pattern: int | None) -> int:
+async def top_speed_of(body: Body, speed: Speed, pattern: int | None) -> int:
     """The highest speed of a move by a pattern, in pulses per second.
 
     :raises GatewayError: it could not be read.

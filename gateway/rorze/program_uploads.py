@@ -8,6 +8,7 @@ from typing import Literal, Self, TypeVar
 
 from pydantic import Field
 
+from gateway.core.backup_record import JobStatus
 from gateway.core.errors import (
     BodyBusy,
     BodyOffline,
@@ -64,7 +65,6 @@ POWER_LOST = (
 )
 """Outcome of a loss of power in an upload: the program is loaded, and UWS appends (RC-420 manual 14.U)."""
 
-Status = Literal["running", "succeeded", "failed", "cancelled"]
 Phase = Literal["clearing", "writing", "verifying", "saving", "done"]
 
 
@@ -88,7 +88,7 @@ class ProgramUpload(Record):
 
     id: str
     body_id: str
-    status: Status = "running"
+    status: JobStatus = "running"
     phase: Phase = Field("clearing", description="Phase of the upload now, or when it was broken off.")
     instructions: int = Field(description="Number of instructions of the program.")
     steps: int = Field(description="The room they take, of 6039 steps.")
@@ -231,7 +231,7 @@ class ProgramUploads(DurableJobs[ProgramUpload]):
             record.phase = "done"
             self._end(work, "succeeded", None)
 
-    def _end(self, work: _Work, status: Status, error: GatewayError | None) -> None:
+    def _end(self, work: _Work, status: JobStatus, error: GatewayError | None) -> None:
         record = work.record
         lost = isinstance(error, PowerCycled)
         # A line that doubles frames may bring a copy of the last instruction later still.

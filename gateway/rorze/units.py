@@ -4,13 +4,14 @@ from fractions import Fraction
 from typing import Annotated, Literal, Self
 
 from pydantic import ConfigDict, Field, WithJsonSchema, model_validator
+from typing_extensions import TypeAliasType
 
 from gateway.core.errors import InvalidRequest
 from gateway.core.records import AnswerModel, RequestModel, example
 from protocols.wording import plain_number
 
 Per = Literal["", "/s", "/s2"]
-Unit = Literal["pulse", "mm", "um", "deg", "mdeg"]
+LengthUnit = TypeAliasType("LengthUnit", Literal["pulse", "mm", "um", "deg", "mdeg"])
 _IN_BASE: dict[str, tuple[str, float]] = {
     "mm": ("mm", 1.0),
     "um": ("mm", 0.001),
@@ -27,7 +28,7 @@ class Scale(AnswerModel):
     unit: Literal["mm", "um", "deg", "mdeg"]
     pulses_per_unit: Annotated[float, Field(gt=0, le=1_000_000_000, allow_inf_nan=False)]
 
-    def pulses(self, value: float, unit: Unit) -> int:
+    def pulses(self, value: float, unit: LengthUnit) -> int:
         """The nearest whole number of pulses.
 
         :raises InvalidRequest: a length was given for an angle, or an angle for a length.
@@ -55,7 +56,7 @@ class Scale(AnswerModel):
         own = Fraction(str(self.pulses_per_unit)) / Fraction(str(size))
         return own * Fraction(str(other_size)) / Fraction(str(other.pulses_per_unit))
 
-    def _factor(self, unit: Unit) -> float:
+    def _factor(self, unit: LengthUnit) -> float:
         if unit == "pulse":
             return 1.0
         dimension, size = _IN_BASE[unit]
@@ -81,7 +82,7 @@ class Scaled(AnswerModel):
         return cls(value=scale.value(pulses), unit=f"{scale.unit}{per}")
 
 
-def to_pulses(value: float, unit: Unit, scale: Scale | None) -> int:
+def to_pulses(value: float, unit: LengthUnit, scale: Scale | None) -> int:
     """Convert a distance or position to whole pulses.
 
     :raises InvalidRequest: pulses are not whole, or the body has no scale, or another dimension.
@@ -98,7 +99,7 @@ def to_pulses(value: float, unit: Unit, scale: Scale | None) -> int:
     return scale.pulses(value, unit)
 
 
-def require_whole(value: float | None, unit: Unit | None) -> None:
+def require_whole(value: float | None, unit: LengthUnit | None) -> None:
     """Refuse a part of a pulse.
 
     :raises ValueError: it is one.
@@ -113,7 +114,7 @@ class Length(RequestModel, json_schema_extra=example(value=0, unit="pulse")):
     value: Annotated[int | float, WithJsonSchema({"type": "number"})] = Field(
         gt=-1e9, lt=1e9, description="Pulses are whole numbers."
     )
-    unit: Unit = Field(description="mm, um, deg and mdeg need the body's scale in the configuration.")
+    unit: LengthUnit = Field(description="mm, um, deg and mdeg need the body's scale in the configuration.")
 
     def pulses(self, scale: Scale | None) -> int:
         """The length in pulses.

@@ -6,11 +6,14 @@ import pytest
 
 from gateway.access.principal import EVERYBODY, asking
 from gateway.config import Config
+from gateway.core.origin import POLL, QUESTIONS, acting
 from gateway.door import traces
 from gateway.plant import Plant
+from protocols.rorze.status import GetControllerStatus
 from tests.api.bodies.test_moves import refused
 from tests.api.robots.cell import UNIT, Cell, in_cell
 from tests.api.stand import BODIES, Stand, on_stand, socket
+from transports.trace import Record, TraceFilter
 
 
 @on_stand({"arm": BODIES, "rail": [{"id": "10"}]})
@@ -108,8 +111,20 @@ async def test_the_trace_is_filtered_by_body_and_by_request(stand: Stand) -> Non
 
 
 @on_stand()
+async def test_the_trace_counts_what_is_left_without_polls(stand: Stand) -> None:
+    await stand.get("/bodies/3F/position")
+    with acting(POLL):
+        for _ in range(5):
+            await stand.plant.target("/bodies/3F").ask(GetControllerStatus())
+    told = (await stand.get("/lines/arm/trace?polls=false&limit=2")).json()["entries"]
+    assert [entry["data"] for entry in told] == ["&3F6PD\\r", ">&3F6PD+000000000\\r"]
+    polled = (await stand.get("/lines/arm/trace?limit=2")).json()["entries"]
+    assert [entry["data"] for entry in polled] == ["&3F9CD\\r", ">&3F9CDH00\\r"]
+
+
+@on_stand()
 async def test_the_trace_is_followed_live(stand: Stand) -> None:
-    passing = traces.filter_of(stand.plant, "arm", ["3F"], None)
+    passing = traces.filter_of(stand.plant, "arm", "3F", None)
     told: list[str] = []
 
     async def listen() -> None:
@@ -275,6 +290,27 @@ async def test_the_trace_of_a_robots_line_holds_every_byte(cell: Cell) -> None:
     unknown = await cell.get("/lines/leg/trace")
     refused(unknown, 404)
     assert "there is cell" in unknown.json()["detail"]
+
+
+@in_cell()
+async def test_a_robots_trace_without_polls_has_the_reply_at_the_end_of_a_move(
+    cell: Cell,
+) -> None:
+    await cell.get(f"{UNIT}/position")
+    told = (await cell.get("/lines/cell/trace?polls=false")).json()["entries"]
+    every = (await cell.get("/lines/cell/trace")).json()["entries"]
+    assert {entry["caller"] for entry in told if entry["kind"] == "tx"} == {"http 127.0.0.1"}
+    assert any(entry.get("caller") == "gateway: set-up" for entry in every)
+    move: Record = (0, 0, "tx", b"POM 1\r", "http 127.0.0.1", "job-17")
+    poll: Record = (0, 0, "tx", b"AXS\r", POLL.caller, None)
+    seen, ended = ((0, 0, "rx", data, None, None) for data in (b"AXS 1\r", b"POM\r"))
+    subject_of = cell.rig.plant.port("cell").subject_of
+    assert list(TraceFilter(subject_of, without=QUESTIONS).pass_on([move, poll, seen, ended])) == [
+        move,
+        ended,
+    ]
+    of_request = TraceFilter(subject_of, request_id="job-17").pass_on([move, poll, seen, ended])
+    assert list(of_request) == [move, ended]
 
 
 def test_lines_of_both_protocols_come_in_the_order_of_the_configuration() -> None:

@@ -23,6 +23,7 @@ class Asked:
     path: str
     content: object
     headers: Mapping[str, str]
+    query: Mapping[str, str]
 
 
 @dataclass
@@ -36,8 +37,9 @@ class FakeGateway:
     def request(
         self, method: str, url: str, *, json: object, headers: dict[str, str], **_: object
     ) -> httpx.Response:
-        path = httpx.URL(url).path
-        self.asked.append(Asked(method, path, json, headers))
+        place = httpx.URL(url)
+        path = place.path
+        self.asked.append(Asked(method, path, json, headers, dict(place.params)))
         waiting = self.answers.get(path, [self.otherwise])
         status, answer = waiting.pop(0) if len(waiting) > 1 else waiting[0]
         if isinstance(answer, BaseException):

@@ -80,7 +80,7 @@ def test_what_is_written_out_to_load_nothing_is_that_of_the_gateway() -> None:
     assert {status for status in MoveStatus if status.final} == client.OVER
     assert {NoReply.kind, GarbledReply.kind} == client.UNANSWERED
     assert Ambiguous.kind == client.AMBIGUOUS
-    assert get_args(stop.StopMode) == get_args(StopMode)
+    assert get_args(stop.StopMode) == get_args(StopMode.__value__)
     assert lease.LONGEST_S == LONGEST_S
     assert jog.STILL_WITHIN_S == 2 * CONFIRM_WITHIN_S
     assert program.LAST_ADDRESS == LAST_ADDRESS

@@ -43,10 +43,10 @@ def test_an_answer_that_comes_between_others_stands_alone() -> None:
         record("rx", ">&3F5IS"),
         record("rx", ">&009CDH00"),
     )
-    assert list(folded([stop, poll, late, reply], own=True)) == [
+    assert list(folded([stop, poll, late, reply])) == [
         (stop, None),
         (poll, None),
         (late, None),
         (reply, None),
     ]
-    assert list(folded([poll, reply, stop, late], own=False)) == [(stop, late)]
+    assert list(folded([poll, reply, stop, late])) == [(poll, reply), (stop, late)]

@@ -38,6 +38,7 @@ def test_words_of_rows_are_found_and_are_shown_by_commands_that_put_them_in() ->
     ("command", "sentence"),
     [
         (["stop"], "`decelerate` is command 5SS"),
+        (["diff"], "(`[scale]`)"),
         (["lease", "take"], "End the leases of others"),
         (["restore"], "compare again"),
         (["trace"], "Only records about these bodies of the line"),

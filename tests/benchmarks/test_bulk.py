@@ -1,5 +1,5 @@
 from benchmarks.bulk import exchanges
-from transports.trace import Kind, Record
+from transports.trace import Record, TraceKind
 
 
 def test_halves_of_exchanges_are_not_counted() -> None:
@@ -14,5 +14,5 @@ def test_halves_of_exchanges_are_not_counted() -> None:
     assert exchanges(records) == records[1:4]
 
 
-def _record(at_ns: int, kind: Kind, data: bytes) -> Record:
+def _record(at_ns: int, kind: TraceKind, data: bytes) -> Record:
     return 0, at_ns, kind, data, None, None

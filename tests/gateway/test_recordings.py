@@ -4,9 +4,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from gateway.recordings import _trace_line
-from transports.trace import Kind, TraceEntry
+from transports.trace import TraceEntry, TraceKind
 
-KINDS: st.SearchStrategy[Kind] = st.sampled_from(["rx", "tx", "opened", "lost", "closed"])
+KINDS: st.SearchStrategy[TraceKind] = st.sampled_from(["rx", "tx", "opened", "lost", "closed"])
 TIMES = st.integers(0, 4_000_000_000) | st.just(0)
 TEXTS = st.none() | st.text(max_size=20)
 
@@ -16,7 +16,7 @@ def test_a_record_is_written_as_its_model_writes_it(
     seconds: int,
     part: int,
     monotonic_ns: int,
-    kind: Kind,
+    kind: TraceKind,
     data: bytes,
     caller: str | None,
     request: str | None,

@@ -10,10 +10,10 @@ from pydantic import ValidationError
 from transports.trace import (
     NOBODY,
     FrameSubject,
-    Kind,
     Record,
     TraceEntry,
     TraceFilter,
+    TraceKind,
     escape,
     unescape,
     wall_ns,
@@ -63,7 +63,7 @@ def test_foreign_escapes_are_refused(text: str) -> None:
 
 
 @given(st.binary(), st.sampled_from(["rx", "tx"]))
-def test_an_entry_survives_json(data: bytes, kind: Kind) -> None:
+def test_an_entry_survives_json(data: bytes, kind: TraceKind) -> None:
     entry = TraceEntry.of((AT_NS, 5, kind, data, *NOBODY))
     assert TraceEntry.model_validate_json(entry.model_dump_json()) == entry
 
@@ -101,7 +101,7 @@ def subject_of(frame: bytes) -> FrameSubject:
     return FrameSubject(match[1], frozenset((number, *GROUP.get(number, ()), *named)))
 
 
-def record(kind: Kind, data: str = "", request: str | None = None) -> Record:
+def record(kind: TraceKind, data: str = "", request: str | None = None) -> Record:
     return (0, 0, kind, data.encode(), None, request)
 
 
@@ -168,6 +168,26 @@ def test_a_request_has_what_it_sent_and_the_answers(request_id: str, records: li
 def test_both_wishes_hold_together() -> None:
     assert passed(request_id="three", bodies={0x01}) == ["&809CD|", ">&809CD[01:H00][3F:H01]|"]
     assert passed(request_id="one", bodies={0x01}) == []
+
+
+def test_without_polls_the_gateways_own_questions_and_their_answers_are_left_out() -> None:
+    def asked(data: str, caller: str) -> Record:
+        return (0, 0, "tx", data.encode(), caller, None)
+
+    story = [
+        asked("&3F1+M500\r", "http 127.0.0.1"),
+        record("rx", ">&3F1+M\r"),
+        asked("&3F9CD\r", "gateway: poll"),
+        record("rx", ">&3F9CDH01\r"),
+        record("rx", ">&3F1+M[3F:00]\r"),
+        asked("&013ND7\r", "gateway: fence"),
+        record("rx", ">&013ND7\r"),
+        asked("&3F5SS\r", "gateway: missing heartbeat"),
+        record("rx", ">&3F5SS\r"),
+        record("lost"),
+    ]
+    shown = list(TraceFilter(subject_of, without={"gateway: poll", "gateway: fence"}).pass_on(story))
+    assert shown == [*story[:2], story[4], *story[7:]], "what stops a motor is shown, whoever asked"
 
 
 @given(st.data())

@@ -11,7 +11,7 @@ from gateway.core.operation import Expectation, PlainText, Rows
 from gateway.core.records import AnswerModel, RequestModel, SentBack, example
 from gateway.core.rights import Right
 from gateway.door.csv_tables import CSV, Row, Table, csv_of, read_table
-from gateway.fics.amounts import Amounts, AxisValue, numbers
+from gateway.fics.amounts import AxisAmounts, AxisValue, numbers
 from gateway.fics.axes import UnitNumber
 from gateway.fics.robot import Robot
 from gateway.fics.units import RobotUnit
@@ -48,7 +48,7 @@ class PositionEntry(RequestModel):
     """A position to be stored."""
 
     number: PositionNumber
-    axes: Annotated[Amounts, Field(min_length=1)] | None = Field(
+    axes: AxisAmounts | None = Field(
         default=None,
         description=(
             "Coordinates by name; an axis that is not named is left out. Without axes, where the unit stands."

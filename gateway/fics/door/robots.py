@@ -4,15 +4,16 @@ from datetime import datetime
 from typing import Annotated, Final, Literal
 
 from pydantic import Field
+from typing_extensions import TypeAliasType
 
 from gateway.core.line_state import LineState
-from gateway.core.operation import Rows
+from gateway.core.operation import DETAIL, Rows
 from gateway.core.records import AnswerModel, RequestModel, example
 from gateway.core.rights import Right
 from gateway.core.targets import Target
 from gateway.core.times import age_ms_of, utc_of
 from gateway.door.caller import sees
-from gateway.fics.axes import Coordinates, UnitNumber, at_rest
+from gateway.fics.axes import CoordinateSystem, UnitNumber, at_rest
 from gateway.fics.robot import Robot, Robots
 from gateway.fics.system_errors import RobotErrorRecord
 from gateway.fics.units import RobotUnit, UnknownReason
@@ -26,8 +27,8 @@ ROWS: Final = Rows("robots")
 
 Fresh = Annotated[bool, Field(description="Ask the robot first.")]
 
-Motion = Literal["standing", "jog", "move", "homing", "macro", "stopped"]
-_MOTIONS: dict[int, Motion] = {
+AxisMotion = TypeAliasType("AxisMotion", Literal["standing", "jog", "move", "homing", "macro", "stopped"])
+_MOTIONS: dict[int, AxisMotion] = {
     MotionMode.STANDING: "standing",
     MotionMode.JOG: "jog",
     MotionMode.MOVE: "move",
@@ -45,6 +46,9 @@ class AxisInfo(AnswerModel):
     speed_unit: str
 
 
+UnitHomed = TypeAliasType("UnitHomed", Literal["yes", "unknown"])
+
+
 class UnitInfo(AnswerModel):
     """A unit of a robot as the gateway knows it, without asking it."""
 
@@ -52,7 +56,7 @@ class UnitInfo(AnswerModel):
     number: int
     axes: list[AxisInfo] = Field(description="User axes, in the robot's order.")
     motor_axes: list[AxisInfo] = Field(description="Motor axes; the same ones where nothing is converted.")
-    homed: Literal["yes", "unknown"] = Field(
+    homed: UnitHomed = Field(
         description="yes: every axis has told its place when the unit was read last, and no homing, macro or "
         "loss of power is known since. Another unit is not selected just to ask it."
     )
@@ -91,10 +95,13 @@ class RobotInfo(AnswerModel):
     units: list[UnitInfo]
 
 
+HostMode = TypeAliasType("HostMode", Literal[2, 3])
+
+
 class ModeChange(RequestModel, json_schema_extra=example(mode=3)):
     """The mode a robot is to be in."""
 
-    mode: Literal[2, 3] = Field(description="3; or 2, in which most commands are silent.")
+    mode: HostMode = Field(description="3; or 2, in which most commands are silent.")
 
 
 class RobotList(AnswerModel):
@@ -119,7 +126,7 @@ class UnitPosition(AnswerModel):
 
     robot_id: str
     unit: int
-    coordinates: Coordinates
+    coordinates: CoordinateSystem
     axes: dict[str, AxisPlace]
     read_at: datetime = Field(description="Time of the robot's answer.")
     age_ms: float = Field(description="Age of the answer in ms when it was passed on.")
@@ -128,7 +135,7 @@ class UnitPosition(AnswerModel):
 class AxisState(AnswerModel):
     """How a motor axis is (C-HOST manual 2-10, 2-11)."""
 
-    motion: Motion = Field(description="stopped: by the stop input or an immediate stop.")
+    motion: AxisMotion = Field(description="stopped: by the stop input or an immediate stop.")
     origin_done: bool
     servo_ready: bool
     moving: bool
@@ -136,7 +143,7 @@ class AxisState(AnswerModel):
     driver_error: str = Field(
         description="The driver's own code, hexadecimal as in `31h`; `00h` when it has none."
     )
-    sensors: AxisSensors
+    sensors: AxisSensors = Field(json_schema_extra=DETAIL)
 
 
 class UnitStatus(AnswerModel):
@@ -182,7 +189,7 @@ async def get_unit(robot: Robot, unit: UnitNumber) -> UnitInfo:
 
 
 @ROWS.get("/robots/{robot_id}/units/{unit}/position")
-async def get_unit_position(axes: RobotUnit, *, coordinates: Coordinates = "user") -> UnitPosition:
+async def get_unit_position(axes: RobotUnit, *, coordinates: CoordinateSystem = "user") -> UnitPosition:
     """Ask the robot where the unit stands, in user (APS) or motor coordinates (MPS)."""
     places, at = await axes.position_at(coordinates)
     reasons = await axes.why_unknown(places)
@@ -234,7 +241,7 @@ async def reset_robot_errors(robot: Robot, target: Target) -> RobotErrors:
     return _errors(robot)
 
 
-@ROWS.put("/robots/{robot_id}/mode", Right.SETUP)
+@ROWS.put("/robots/{robot_id}/mode", Right.SETUP, later=True)
 async def change_robot_mode(robot: Robot, wanted: ModeChange) -> RobotInfo:
     """Bring the robot into another mode (MOD) until the gateway ends; refused while it moves."""
     await robot.change_mode(wanted.mode)
@@ -264,7 +271,7 @@ class MacroList(AnswerModel):
     macros: list[MacroInfo]
 
 
-@ROWS.get("/robots/{robot_id}/macros")
+@ROWS.get("/robots/{robot_id}/macros", later=True)
 async def list_macros(robot: Robot) -> MacroList:
     """List the macros of the configuration, and those the robot has refused; nothing is sent."""
     macros = robot.macros

@@ -6,11 +6,11 @@ from datetime import datetime
 from typing import Annotated, Any, Final, Literal, Self
 
 from pydantic import Field, WithJsonSchema, model_validator
-from typing_extensions import TypedDict
+from typing_extensions import TypeAliasType, TypedDict
 
 from gateway.core.errors import GatewayError
 from gateway.core.move_record import CountedIn, Move
-from gateway.core.operation import Rows, Wait
+from gateway.core.operation import DETAIL, Rows, Wait
 from gateway.core.records import AnswerModel, RequestModel, SentBack, example, require_same
 from gateway.core.rights import Right
 from gateway.core.targets import CommandReplies, Target
@@ -27,7 +27,7 @@ from gateway.rorze.knowledge import PULSES_RUNNING
 from gateway.rorze.line import Line
 from gateway.rorze.move_requests import SpeedRequest
 from gateway.rorze.signals import SensorBits
-from gateway.rorze.units import Length, Unit, require_whole
+from gateway.rorze.units import Length, LengthUnit, require_whole
 from gateway.security import entries
 from protocols.rorze.encoder import ClearEncoderStallError, GetEncoderStallError
 from protocols.rorze.inputs_outputs import GetSensors
@@ -46,7 +46,7 @@ from protocols.rorze.status import (
 from protocols.table import Ack
 
 ROWS: Final = Rows("bodies")
-StallFinder = Literal["stall_sensor", "encoder"]
+StallFinder = TypeAliasType("StallFinder", Literal["stall_sensor", "encoder"])
 WHERE = GetPosition()
 STALL_FINDERS: Final[Sequence[tuple[StallFinder, RorzeCommand[StallError], type[RorzeCommand[Ack]]]]] = (
     ("stall_sensor", GetStallSensorError(), ClearStallSensorError),
@@ -142,7 +142,7 @@ class PositionToCall(SentBack, json_schema_extra=example(value=0, unit="pulse"))
     value: Annotated[int | float, WithJsonSchema({"type": "number"})] | None = Field(
         default=None, gt=-BILLION, lt=BILLION, description="Pulses are whole numbers."
     )
-    unit: Unit | None = Field(
+    unit: LengthUnit | None = Field(
         default=None, description="mm, um, deg and mdeg need the body's scale in the configuration."
     )
     pulses: Annotated[int, Field(gt=-BILLION, lt=BILLION)] | None = Field(
@@ -228,7 +228,9 @@ class BodyStatus(AnswerModel):
     moving: bool
     status: StatusBits
     sensors: SensorBits
-    stalls: list[StallFound] = Field(description="Finders whose STALL error stands.")
+    stalls: list[StallFound] = Field(
+        description="Finders whose STALL error stands.", json_schema_extra=DETAIL
+    )
     end_causes: list[str] = Field(
         description="Why the last move ended: stall, cw_limit, ccw_limit, ems, stop_command; "
         "empty after a normal end, and while the motor moves."
@@ -253,7 +255,7 @@ async def get_position(body: Body) -> Position:
     return _position(body, reply.pulses, answered.at)
 
 
-@ROWS.put("/bodies/{body_id}/position", Right.SETUP)
+@ROWS.put("/bodies/{body_id}/position", Right.SETUP, later=True)
 async def set_position(body: Body, position: PositionToCall) -> Position:
     """Call the present position by another number (6PS). Nothing moves; refused while the motor moves."""
     pulses = position.pulses_of(body)
@@ -292,7 +294,7 @@ async def _stalls(body: Body) -> list[StallFound]:
     ]
 
 
-@ROWS.post("/bodies/{body_id}/speed", Right.OPERATE)
+@ROWS.post("/bodies/{body_id}/speed", Right.OPERATE, later=True)
 async def change_speed_of_move(body: Body, speed: SpeedRequest) -> SpeedAccepted:
     """Change the speed of the running move; refused at standstill, while homing and while interpolating."""
     command = speed.command()

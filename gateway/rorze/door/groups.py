@@ -57,13 +57,13 @@ async def list_groups(plant: Plant) -> GroupList:
     return GroupList(groups=[_info(group) for group in groups if sees(plant, group.address)])
 
 
-@ROWS.get("/groups/{group_id}")
+@ROWS.get("/groups/{group_id}", later=True)
 async def get_group(group: Group) -> GroupInfo:
     """Tell who is in a group; nothing is sent."""
     return _info(group)
 
 
-@ROWS.put("/groups/{group_id}", Right.SETUP)
+@ROWS.put("/groups/{group_id}", Right.SETUP, later=True)
 async def define_group(plant: Plant, group_id: GroupId, definition: GroupDefinition) -> GroupInfo:
     """Define a group at the link master (XVS), or define it anew; not while a member moves.
 

@@ -64,7 +64,7 @@ async def get_move(target: Target, move_id: str, *, wait: Wait = None) -> MoveRe
     return await moving.get(target, move_id, wait or 0.0)
 
 
-@ROWS.post("/bodies/{body_id}/moves/{move_id}/speed", Right.OPERATE, result=Move)
+@ROWS.post("/bodies/{body_id}/moves/{move_id}/speed", Right.OPERATE, result=Move, later=True)
 async def change_speed_of_one_move(target: Target, move_id: str, speed: SpeedRequest) -> MoveRecord:
     """Change the speed of this move on its way (5AS, 5CS, 5DS); 409 when it is over, or homes."""
     return await moving.change_speed(target, move_id, speed.command())

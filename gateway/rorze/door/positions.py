@@ -8,7 +8,7 @@ from typing import Annotated, Any, Final, Self
 from pydantic import Field, model_validator
 
 from gateway.core.errors import InvalidRequest
-from gateway.core.operation import Expectation, PlainText, Rows, Wait
+from gateway.core.operation import DETAIL, Expectation, PlainText, Rows, Wait
 from gateway.core.records import AnswerModel, RequestModel, SentBack, example, require_same
 from gateway.core.rights import Right
 from gateway.core.tables import Name
@@ -30,8 +30,8 @@ from gateway.rorze.positions import (
 from gateway.rorze.units import Length
 
 ROWS: Final = Rows("positions")
-TABLES: Final = Rows("positions")
-"""Rows of the table as CSV."""
+TABLES: Final = Rows("positions", later=True)
+"""Rows of the table as CSV, and of what reads or stores it in long work."""
 HEADER: Final = ("number", "pulse")
 MAX_CSV_BYTES: Final = 65_536
 """A whole table of 2048 positions of ten digits."""
@@ -105,10 +105,9 @@ class BodyPositions(AnswerModel):
     body_id: str
     positions: list[NamedPosition]
     flash: dict[int, int] = Field(
-        description=(
-            "Positions in flash memory, by number, as `pulses`: those that count at power-on. Only known "
-            "ones: the gateway has to have seen that the table was saved (FPS) or loaded (FPD)."
-        )
+        description="Positions in flash memory, by number, as `pulses`: those that count at power-on. Only "
+        "known ones: the gateway has to have seen that the table was saved (FPS) or loaded (FPD).",
+        json_schema_extra=DETAIL,
     )
 
 
@@ -123,7 +122,7 @@ async def list_body_positions(
     return _table_of(plant, body, await positions.read(body, first, last))
 
 
-@ROWS.post("/bodies/{body_id}/positions/readings", Right.VIEW, over="It is over.")
+@TABLES.post("/bodies/{body_id}/positions/readings", Right.VIEW, over="It is over.")
 async def read_body_positions(
     plant: Plant, body: Body, *, first: First = 0, last: Last = LAST_POSITION, wait: Wait = None
 ) -> PositionReading:
@@ -138,7 +137,7 @@ def _readings(plant: Plant, body_id: str) -> tuple[Jobs[Any], str]:
 
 
 list_records(
-    ROWS,
+    TABLES,
     "/bodies/{body_id}/positions/readings",
     PositionReading,
     _readings,
@@ -171,7 +170,9 @@ async def store_body_positions(
     return await store(plant, body, wanted, names, flash=upload.flash)
 
 
-@ROWS.post("/bodies/{body_id}/positions/uploads", Right.SETUP, over="It is over.", most_bytes=MAX_TABLE_BYTES)
+@TABLES.post(
+    "/bodies/{body_id}/positions/uploads", Right.SETUP, over="It is over.", most_bytes=MAX_TABLE_BYTES
+)
 async def upload_body_position_table(
     plant: Plant, body: Body, upload: PositionsToStore, *, wait: Wait = None
 ) -> TableUpload:
@@ -189,7 +190,7 @@ def _uploads(plant: Plant, body_id: str) -> tuple[Jobs[Any], str]:
 
 
 list_records(
-    ROWS,
+    TABLES,
     "/bodies/{body_id}/positions/uploads",
     TableUpload,
     _uploads,
@@ -199,7 +200,7 @@ list_records(
 )
 
 
-@ROWS.put("/bodies/{body_id}/positions/{number}/name", Right.SETUP)
+@ROWS.put("/bodies/{body_id}/positions/{number}/name", Right.SETUP, later=True)
 async def name_body_position(plant: Plant, body: Body, number: Number, wanted: PositionName) -> PositionLabel:
     """Name a position. The gateway keeps the name; nothing is sent."""
     await plant.names.name(body.address, {number: wanted.name or ""})

@@ -9,7 +9,7 @@ from gateway.plant import Plant
 from gateway.rorze.family import Rorze
 from gateway.rorze.scans import Scan
 
-SCANS: Final = Rows("lines")
+SCANS: Final = Rows("lines", later=True)
 
 
 @SCANS.post("/lines/{line_id}/scans", Right.SETUP, leased=False, over="The scan is over.")

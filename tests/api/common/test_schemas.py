@@ -23,6 +23,7 @@ DOCUMENT: dict[str, Any] = {
         "/events": {
             "get": {
                 "tags": ["events"],
+                "x-later": True,
                 "responses": {"200": {"schema": {"$ref": "#/components/schemas/EventList"}}},
             }
         },
@@ -36,18 +37,20 @@ DOCUMENT: dict[str, Any] = {
     "components": {
         "schemas": {
             "Stop": {**STOP, "examples": [{"mode": "immediate"}]},
-            "Stopped": {"properties": {"confirmed": {"default": False}}},
-            "Ack": {},
-            "EventList": {
+            "Stopped": {
                 "properties": {
-                    "events": {"items": {"oneOf": [{"$ref": "#/components/schemas/StreamGapEvent"}]}},
-                    "end": {"title": "Why Over", "anyOf": [{"enum": ["gap", "end"]}, {"type": "null"}]},
+                    "confirmed": {"default": False},
+                    "counts": {
+                        "title": "Counts",
+                        "description": "How often.",
+                        "$ref": "#/components/schemas/Counts",
+                        "x-detail": True,
+                    },
                 }
             },
-            "StreamGapEvent": {
-                "properties": {"id": {"type": "string"}, "type": {"const": "stream.gap"}, "data": {}},
-                "required": ["id", "type", "data"],
-            },
+            "Counts": {"type": "object", "additionalProperties": {"type": "integer"}},
+            "Ack": {},
+            "EventList": {"properties": {"events": {"type": "array"}}},
         }
     },
 }
@@ -75,24 +78,34 @@ def test_the_resources_leave_out_commands_and_what_only_they_refer_to() -> None:
     resources = resources_of(DOCUMENT)
     assert set(resources["paths"]) == {"/stop", "/lines", "/events"}
     assert [section["name"] for section in resources["tags"]] == ["stops", "lines", "events", "backups"]
-    assert set(resources["components"]["schemas"]) == {"Stop", "Stopped", "EventList", "StreamGapEvent"}
+    assert set(resources["components"]["schemas"]) == {"Stop", "Stopped", "Counts", "EventList"}
 
 
 def test_the_core_leaves_out_the_sections_that_are_not_needed_first() -> None:
     core = core_of(DOCUMENT)
-    assert set(core["paths"]) == {"/stop", "/lines", "/events"}
+    assert set(core["paths"]) == {"/stop", "/lines"}
     assert set(core["paths"]["/lines"]) == {"get"}
-    assert [section["name"] for section in core["tags"]] == ["stops", "lines", "events"]
+    assert [section["name"] for section in core["tags"]] == ["stops", "lines"]
 
 
-def test_the_core_has_one_schema_for_all_events_and_a_name_for_each_choice() -> None:
-    schemas = core_of(DOCUMENT)["components"]["schemas"]
-    assert set(schemas) == {"Stop", "Stopped", "EventList", "Event", "WhyOver"}
-    assert schemas["EventList"]["properties"] == {
-        "events": {"items": {"$ref": "#/components/schemas/Event"}},
-        "end": {"title": "Why Over", "anyOf": [{"$ref": "#/components/schemas/WhyOver"}, {"type": "null"}]},
+def test_a_parameter_refers_to_the_choices_that_have_a_name() -> None:
+    document = deepcopy(DOCUMENT)
+    document["components"]["schemas"]["Turn"] = {"enum": ["cw", "ccw"], "type": "string"}
+    written_out = {"enum": ["cw", "ccw"], "type": "string", "default": "cw"}
+    document["paths"]["/lines"]["get"]["parameters"] = [
+        {"name": "turn", "in": "query", "schema": written_out}
+    ]
+    complete(document)
+    (parameter,) = document["paths"]["/lines"]["get"]["parameters"]
+    assert parameter["schema"] == {"$ref": "#/components/schemas/Turn", "default": "cw"}
+
+
+def test_the_core_leaves_out_what_is_for_later_and_leaves_details_open() -> None:
+    core = core_of(DOCUMENT)
+    assert "/events" not in core["paths"]
+    assert set(core["components"]["schemas"]) == {"Stop", "Stopped"}
+    assert core["components"]["schemas"]["Stopped"]["properties"] == {
+        "confirmed": {"default": False},
+        "counts": {"title": "Counts", "description": "How often. Its form is in resources.json."},
     }
-    assert schemas["WhyOver"] == {"title": "WhyOver", "enum": ["gap", "end"]}
-    assert set(schemas["Event"]["properties"]) == {"id", "type", "data"}
-    assert "const" not in schemas["Event"]["properties"]["type"]
-    assert "WhyOver" not in DOCUMENT["components"]["schemas"]
+    assert "Counts" in DOCUMENT["components"]["schemas"]

@@ -4,11 +4,13 @@ import tarfile
 from collections.abc import Iterator
 from io import BytesIO
 from pathlib import Path
+from typing import Any
 
 import pytest
 from typer.testing import CliRunner, Result
 
 from app.cli import app
+from app.commands import data as data_command
 from gateway.access.keys import KeyStore
 from gateway.access.roles import Role
 from gateway.core.journal import files, writes
@@ -60,6 +62,21 @@ def test_a_copy_is_made_once(copied: Path, data: Path) -> None:
     said = run("backup", copied, "--data", data)
     assert (said.exit_code, "exists already; nothing was written" in said.stderr) == (2, True)
     assert copied.read_bytes() == before
+
+
+def test_what_is_killed_in_the_middle_leaves_nothing_that_looks_like_a_copy(
+    data: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    seen: list[bool] = []
+
+    def write(*args: Any) -> None:
+        seen.append((tmp_path / "copy").exists())
+        raise MemoryError
+
+    monkeypatch.setattr(data_command, "_write", write)
+    assert run("backup", tmp_path / "copy", "--data", data).exit_code != 0
+    assert seen == [False]
+    assert [path for path in tmp_path.iterdir() if "copy" in path.name] == []
 
 
 def test_where_there_is_no_directory_nothing_is_written(tmp_path: Path) -> None:

@@ -3,6 +3,7 @@
 import json
 from collections.abc import Iterator
 from contextlib import contextmanager
+from typing import Any
 
 import httpx
 import pytest
@@ -37,12 +38,35 @@ def test_an_answer_stands_behind_its_question_with_what_they_mean_and_who_asked(
     assert asked.paths == ["/lines/arm/trace"]
 
 
+POLLED = {**SENT, "data": "&009CD\\r", "caller": "gateway: poll", "request_id": None}
+
+
 def test_what_the_gateway_asks_by_itself_is_shown_where_it_is_wanted(monkeypatch: pytest.MonkeyPatch) -> None:
-    polled = {**SENT, "data": "&009CD\\r", "caller": "gateway: poll", "request_id": None}
-    told = {"entries": [polled, {**HEARD, "data": ">&009CDH08\\r"}]}
-    assert always(told).run(monkeypatch, "trace", "arm").stdout == ""
-    shown = always(told).run(monkeypatch, "trace", "arm", "--all").stdout
+    told = always({"entries": [POLLED, {**HEARD, "data": ">&009CDH08\\r"}]})
+    shown = told.run(monkeypatch, "trace", "arm", "--all").stdout
     assert "get the controller status: command error  gateway: poll" in shown
+    assert [request.query for request in told.asked] == [{"polls": "true", "limit": "200"}]
+
+
+def test_the_newest_lines_are_counted_as_they_are_shown(monkeypatch: pytest.MonkeyPatch) -> None:
+    told = always({"entries": [SENT, HEARD, LOST, SENT, HEARD, SENT, HEARD]})
+    said = told.run(monkeypatch, "trace", "arm", "--last", "3")
+    assert [line.split()[1] for line in said.stdout.splitlines()] == ["lost", "->", "->"]
+
+
+@pytest.mark.parametrize(
+    ("polled", "told"), [([POLLED], "Lately only the gateway itself has asked"), ([], "Nothing of that went")]
+)
+def test_a_quiet_line_says_so(
+    monkeypatch: pytest.MonkeyPatch, polled: list[dict[str, Any]], told: str
+) -> None:
+    answers: list[tuple[int, object]] = [(200, {"entries": []}), (200, {"entries": polled})]
+    gateway = FakeGateway({"/lines/arm/trace": answers})
+    said = gateway.run(monkeypatch, "trace", "arm", "--last", "4")
+    assert [request.query["polls"] for request in gateway.asked] == ["false", "true"]
+    assert said.exit_code == 0
+    assert said.stdout == ""
+    assert told in said.stderr
 
 
 def test_a_line_that_is_not_there_is_one_sentence(monkeypatch: pytest.MonkeyPatch) -> None:

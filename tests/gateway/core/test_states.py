@@ -15,7 +15,7 @@ from gateway.core.stops import HardwareCall, StopState
 PAGE = Path(__file__).parents[3] / "docs" / "states.md"
 STATES: dict[str, list[Any]] = {
     "The port of a line": list(PortState),
-    "A stop": list(get_args(StopState)),
+    "A stop": list(get_args(StopState.__value__)),
     "The call for the hardware stop": list(HardwareCall),
     "The disk of the journal": list(DiskState),
 }

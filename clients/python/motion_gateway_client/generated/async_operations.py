@@ -38,6 +38,7 @@ from motion_gateway_client.generated.types import (
     Commissioning,
     CommissioningRequest,
     ContinuousMoveRequest,
+    CoordinateSystem,
     CurveDraft,
     Encoder,
     EncoderChange,
@@ -61,6 +62,7 @@ from motion_gateway_client.generated.types import (
     Lease,
     LeaseList,
     LeaseRequest,
+    LengthUnit,
     LineComparisonRequest,
     LineInfo,
     LineList,
@@ -167,6 +169,7 @@ from motion_gateway_client.generated.types import (
     SettingsChange,
     Shift,
     SignalState,
+    Speed,
     SpeedAccepted,
     SpeedCurve,
     SpeedDecrease,
@@ -722,7 +725,7 @@ class AsyncOperations(Protocol):
         return answer
 
     async def get_unit_position(
-        self, robot_id: str, unit: int, *, coordinates: Literal["user", "motor"] | None = None
+        self, robot_id: str, unit: int, *, coordinates: CoordinateSystem | None = None
     ) -> UnitPosition:
         """Ask the robot where the unit stands, in user (APS) or motor coordinates (MPS)."""
         answer: UnitPosition = await self.call(
@@ -923,6 +926,7 @@ class AsyncOperations(Protocol):
         until: str | None = None,
         bodies: str | None = None,
         request_id: str | None = None,
+        polls: bool | None = None,
     ) -> Trace:
         """Give the newest bytes of the line, a robot's too, both ways, with their times."""
         answer: Trace = await self.call(
@@ -935,6 +939,7 @@ class AsyncOperations(Protocol):
                 "until": until,
                 "bodies": bodies,
                 "request_id": request_id,
+                "polls": polls,
             },
         )
         return answer
@@ -1444,8 +1449,8 @@ class AsyncOperations(Protocol):
         n: int,
         *,
         distance: float | None = None,
-        unit: Literal["pulse", "mm", "um", "deg", "mdeg"] | None = None,
-        speed: Literal["high", "low"] | None = None,
+        unit: LengthUnit | None = None,
+        speed: Speed | None = None,
         points: int | None = None,
     ) -> SpeedCurve:
         """Work out how a move with this pattern would go, with the settings of now; nothing moves."""

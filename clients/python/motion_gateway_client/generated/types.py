@@ -25,7 +25,7 @@ class AbsoluteMoveRequest(TypedDict):
     """Seconds the move may wait for its turn; if it is not sent by then, it never is. Left out: 5.0."""
     kind: Literal["absolute"]
     position: Length
-    speed: NotRequired[Literal["high", "low"]]
+    speed: NotRequired[Speed]
     """`low` runs at the start speed, without ramps. Left out: high."""
     pattern: NotRequired[int | None]
     """Acceleration pattern; left out, number 30 (RC-420 manual 13.3.4)."""
@@ -133,7 +133,7 @@ class Amount(TypedDict):
     """A coordinate, or an amount to move by, in the unit its axis is set up for."""
 
     value: float
-    unit: Literal["mm", "pulse", "degree"]
+    unit: AmountUnit
 
 
 class Angle(TypedDict):
@@ -149,6 +149,10 @@ class Audit(TypedDict):
     deeds: list[Deed]
     cursor: str | None
     """Cursor of the next page, with older actions; null if there is none."""
+
+
+class AxisAmounts(TypedDict):
+    """AxisAmounts"""
 
 
 class AxisInfo(TypedDict):
@@ -185,7 +189,7 @@ class AxisPlace(TypedDict):
     """Coordinate; null while the robot does not know it."""
     unit: str
     """mm, pulse or degree."""
-    reason: Literal["not_homed", "homing", "macro", "automatic", "no_conversion", "not_known"] | None
+    reason: UnknownReason | None
     """Why it is not known: not homed, homing or a macro or automatic operation under way, no user coordinates where the motors stand, or not to be found out."""
 
 
@@ -223,7 +227,7 @@ class AxisSpeed(TypedDict):
 class AxisState(TypedDict):
     """How a motor axis is (C-HOST manual 2-10, 2-11)."""
 
-    motion: Literal["standing", "jog", "move", "homing", "macro", "stopped"]
+    motion: AxisMotion
     """stopped: by the stop input or an immediate stop."""
     origin_done: bool
     servo_ready: bool
@@ -245,6 +249,10 @@ class AxisStatusChange(TypedDict):
     """The driver's own code, hexadecimal as in `31h`; `00h` when it has none."""
 
 
+class AxisUnits(TypedDict):
+    """AxisUnits"""
+
+
 class AxisValue(TypedDict):
     """A coordinate or a speed of an axis, with its unit."""
 
@@ -253,13 +261,17 @@ class AxisValue(TypedDict):
     """mm, pulse or degree; mm/s, kpps or rpm."""
 
 
+class AxisValues(TypedDict):
+    """AxisValues"""
+
+
 class Backup(TypedDict):
     """One backup that is being read, or was."""
 
     id: str
     target: str
     """Path of the body, line or robot that is read."""
-    status: Literal["running", "succeeded", "failed", "cancelled"]
+    status: JobStatus
     controllers: list[str]
     """Ids of the bodies, or of the robot, that are read, in their order."""
     controller: str | None
@@ -288,7 +300,7 @@ class BackupComparison(TypedDict):
     id: str
     target: str
     """Path of the body, line or robot that is read."""
-    status: Literal["running", "succeeded", "failed", "cancelled"]
+    status: JobStatus
     controllers: list[str]
     """Ids of the bodies, or of the robot, that are read, in their order."""
     controller: str | None
@@ -568,7 +580,7 @@ class BodyInfo(TypedDict):
     """True if the motor moves; null while out of reach, and until its status is read."""
     move_id: str | None
     """The move that is not over yet."""
-    homed: Literal["yes", "no", "unknown"]
+    homed: Homed
     """yes: homed by the gateway, and its power was kept since; no: it has lost its power."""
     power_cycled: bool
     """True if it has lost its power; motions to places are refused until it is homed, its position is set, or that is acknowledged."""
@@ -576,7 +588,7 @@ class BodyInfo(TypedDict):
     """The unit of its scale; null without one."""
     pulses_per_unit: float | None
     groups: list[str]
-    counted_in: Literal["pulses", "encoder_counts"] | None
+    counted_in: CountedIn | None
     """Unit of the position; null until its operating mode is read, as `position` of a body and its live values have it, and again after it may have changed."""
     position: int | None
     """Position as last read, in `counted_in`; null until it was read since it was called otherwise."""
@@ -624,8 +636,8 @@ class BodyJog(TypedDict):
     heartbeat_within_ms: int
     """Seconds within which the next heartbeat has to come."""
     body_id: str
-    direction: Literal["cw", "ccw"]
-    speed: Literal["high", "low"]
+    direction: Direction
+    speed: Speed
     distance: int
     """Longest way in pulses; encoder counts in encoder mode."""
 
@@ -667,7 +679,7 @@ class BodyJogRequest(TypedDict):
 
     direction: Literal["cw", "ccw", "+", "-"]
     """+ is cw, - is ccw."""
-    speed: NotRequired[Literal["high", "low"]]
+    speed: NotRequired[Speed]
     """`low` runs at the start speed, without ramps. Left out: low."""
     pattern: NotRequired[int | None]
     """Acceleration pattern; left out, number 30 (RC-420 manual 13.3.4)."""
@@ -1010,7 +1022,7 @@ class BodyNow(TypedDict):
     online: bool
     moving: bool | None
     move_id: str | None
-    counted_in: Literal["pulses", "encoder_counts"] | None
+    counted_in: CountedIn | None
     """Unit of the position; null where that is not known."""
     position: int | None
     """Position as last read, in `counted_in`."""
@@ -1067,7 +1079,7 @@ class BodyPosition(TypedDict):
 
     pulses: int
     """Or encoder counts: see `counted_in`."""
-    counted_in: Literal["pulses", "encoder_counts"] | None
+    counted_in: CountedIn | None
     """Unit of `pulses`; null where its operating mode could not be read."""
     value: float | None
     """Position in `unit`; null without a scale."""
@@ -2091,8 +2103,8 @@ class ContinuousMoveRequest(TypedDict):
     start_within_s: NotRequired[float]
     """Seconds the move may wait for its turn; if it is not sent by then, it never is. Left out: 5.0."""
     kind: Literal["continuous"]
-    direction: Literal["cw", "ccw"]
-    speed: NotRequired[Literal["high", "low"]]
+    direction: Direction
+    speed: NotRequired[Speed]
     """`low` runs at the start speed, without ramps. Left out: high."""
     pattern: NotRequired[int | None]
     """Acceleration pattern; left out, number 30 (RC-420 manual 13.3.4)."""
@@ -2152,7 +2164,7 @@ class CurveDraft(TypedDict):
     """All that it shall have."""
     distance: Length
     """Distance of the move."""
-    speed: NotRequired[Literal["high", "low"]]
+    speed: NotRequired[Speed]
     """`low` runs at the start speed, without ramps. Left out: high."""
     points: NotRequired[int]
     """Number of moments, evenly spread. Left out: 200."""
@@ -2267,7 +2279,7 @@ class EncoderChange(TypedDict):
 class EncoderCounts(TypedDict):
     """Where the encoder is."""
 
-    counted_in: Literal["pulses", "encoder_counts"]
+    counted_in: CountedIn
     """Unit of positions and amounts of this body."""
     position: int
     """Position that the body tells, in `counted_in` (6PD)."""
@@ -3173,16 +3185,7 @@ class HomeRequest(TypedDict):
     start_within_s: NotRequired[float]
     """Seconds the move may wait for its turn; if it is not sent by then, it never is. Left out: 5.0."""
     kind: Literal["home"]
-    method: NotRequired[
-        Literal[
-            "standard",
-            "stall_detection",
-            "fast_then_stop",
-            "fast_then_decelerate",
-            "rc204",
-            "centre_stall_dog",
-        ]
-    ]
+    method: NotRequired[HomeMethod]
     """Commands 00M, 01M, 02M, 03M, 04M and 0QM, in this order. 0QM goes to the nearest dog, and makes no body `homed`. Left out: standard."""
 
 
@@ -3396,7 +3399,7 @@ class Kinematics(TypedDict):
 class LastHoming(TypedDict):
     """The outcome of the last search."""
 
-    homed: Literal["yes", "no", "unknown"]
+    homed: Homed
     distance: int
     """Pulses from its end back to its start (0PD); 0 after power-on."""
     in_unit: Scaled | None
@@ -3449,7 +3452,7 @@ class Length(TypedDict):
 
     value: float
     """Pulses are whole numbers."""
-    unit: Literal["pulse", "mm", "um", "deg", "mdeg"]
+    unit: LengthUnit
     """mm, um, deg and mdeg need the body's scale in the configuration."""
 
 
@@ -3681,7 +3684,7 @@ class LineInfo(TypedDict):
     protocol: Literal["rorze"]
     controllers: str
     """Answer of the link master to XID."""
-    stop_mode: Literal["interject", "after_reply"]
+    stop_mode: StopTiming
     """Moment of a stop: at the next frame boundary, or after the reply under way."""
     strict: bool
     """A reply came twice here lately: an acknowledgement counts only when a fence before and one after it have shown that it was no copy."""
@@ -4256,7 +4259,7 @@ class MissingUnit(TypedDict):
 class ModeChange(TypedDict):
     """The mode a robot is to be in."""
 
-    mode: Literal[2, 3]
+    mode: HostMode
     """3; or 2, in which most commands are silent."""
 
 
@@ -4310,10 +4313,10 @@ class Move(TypedDict):
     """Cursor after which the events include all later news of the move."""
     group_id: str | None
     """Id of the group that the command was sent to, if any."""
-    kind: Literal["relative", "absolute", "home", "continuous", "jog", "interpolated"]
+    kind: MoveKind
     end_cause: str | None
     """Cause of the end. By the controller: normal, stall, cw_limit, ccw_limit, ems, stop_command, or several joined by +; by the gateway: not_executed, position_mismatch or not_in_position."""
-    counted_in: Literal["pulses", "encoder_counts"] | None
+    counted_in: CountedIn | None
     """Unit of the positions; null if the body's operating mode is not known."""
     start_position: int | None
     """Position before the move, in `counted_in`."""
@@ -4323,7 +4326,7 @@ class Move(TypedDict):
     """Position as last read, in `counted_in`."""
     homing_distance: int | None
     """Distance from the end of a good homing back to its start, in `counted_in` (0PD)."""
-    completion: Literal["frame", "polling"] | None
+    completion: Completion | None
     """`frame`: the link master announced the end; `polling`: the gateway found it."""
 
 
@@ -4334,7 +4337,7 @@ class MoveError(TypedDict):
     """The kind of error; stable."""
     title: str
     detail: str
-    moved: Literal["no", "yes", "unknown"]
+    moved: Moved
     """Says if the motor did anything because of this move: no, yes or unknown."""
     remedy: str
     controller_error: str | None
@@ -4408,7 +4411,7 @@ class NewLine(TypedDict):
 class NextCall(TypedDict):
     """A request to this gateway that helps."""
 
-    method: Literal["GET", "POST", "PUT"]
+    method: CallMethod
     path: str
     right: Right
     """The right that the caller needs."""
@@ -4614,7 +4617,7 @@ class PlannedMove(TypedDict):
     body_id: str
     frame: str
     """The exact bytes that would be sent, CR as \\r."""
-    counted_in: Literal["pulses", "encoder_counts"] | None
+    counted_in: CountedIn | None
     """Unit of the target's position."""
     distance: int | None
     """Pulses it would emit; null where only the motion itself can tell."""
@@ -4642,13 +4645,13 @@ class PlannedRobotMove(TypedDict):
     """Address of the unit, ROBOT/units/1."""
     frame: str
     """The exact bytes that would be sent, CR as \\r."""
-    coordinates: Literal["user", "motor"]
+    coordinates: CoordinateSystem
     """Coordinates of the positions."""
-    units: dict[str, str]
+    units: AxisUnits
     """Units by axis: mm, pulse or degree."""
-    start_position: dict[str, float | None] | None
+    start_position: AxisValues | None
     """Present position by axis; null while the robot does not tell it."""
-    target_position: dict[str, float | None] | None
+    target_position: AxisValues | None
     """Target by axis that moves, where it can be known beforehand."""
     duration_s: float | None
     """Seconds that it would move by the present settings, where that can be calculated."""
@@ -4758,7 +4761,7 @@ class Position(TypedDict):
     body_id: str
     pulses: int
     """Or encoder counts: see `counted_in`."""
-    counted_in: Literal["pulses", "encoder_counts"] | None
+    counted_in: CountedIn | None
     """encoder_counts in encoder mode (RC-420 manual 13.1.3); null where the mode is not known."""
     value: float | None
     """Position in `unit`; null without a scale."""
@@ -4773,7 +4776,7 @@ class PositionEntry(TypedDict):
     """A position to be stored."""
 
     number: int
-    axes: NotRequired[dict[str, Any] | None]
+    axes: NotRequired[AxisAmounts | None]
     """Coordinates by name; an axis that is not named is left out. Without axes, where the unit stands."""
 
 
@@ -4793,7 +4796,7 @@ class PositionMoveRequest(TypedDict):
     kind: Literal["position"]
     position: int
     """Position number."""
-    speed: NotRequired[Literal["high", "low"]]
+    speed: NotRequired[Speed]
     """`low` runs at the start speed, without ramps. Left out: high."""
     pattern: NotRequired[int | None]
     """Acceleration pattern; left out, number 30 (RC-420 manual 13.3.4)."""
@@ -4814,7 +4817,7 @@ class PositionReading(TypedDict):
     id: str
     target: str
     """Path of the body, line or robot that is read."""
-    status: Literal["running", "succeeded", "failed", "cancelled"]
+    status: JobStatus
     controllers: list[str]
     """Ids of the bodies, or of the robot, that are read, in their order."""
     controller: str | None
@@ -4856,7 +4859,7 @@ class PositionToCall(TypedDict):
 
     value: NotRequired[float | None]
     """Pulses are whole numbers."""
-    unit: NotRequired[Literal["pulse", "mm", "um", "deg", "mdeg"] | None]
+    unit: NotRequired[LengthUnit | None]
     """mm, um, deg and mdeg need the body's scale in the configuration."""
     pulses: NotRequired[int | None]
     """Encoder counts in encoder mode; `value` and `unit` follow from them."""
@@ -4922,7 +4925,7 @@ class Problem(TypedDict):
     """One sentence: what happened, and what was and was not done to the motor."""
     instance: str
     """The path that was asked for."""
-    moved: Literal["no", "yes", "unknown"]
+    moved: Moved
     """Says if the motor did anything because of this request: no, yes or unknown."""
     remedy: str
     """The next step for the caller."""
@@ -5005,7 +5008,7 @@ class ProgramUpload(TypedDict):
 
     id: str
     body_id: str
-    status: Literal["running", "succeeded", "failed", "cancelled"]
+    status: JobStatus
     phase: Literal["clearing", "writing", "verifying", "saving", "done"]
     """Phase of the upload now, or when it was broken off."""
     instructions: int
@@ -5033,7 +5036,7 @@ class Rate(TypedDict):
     """A speed with its unit."""
 
     value: float
-    unit: Literal["pulse/s", "mm/s", "um/s", "deg/s", "mdeg/s"]
+    unit: RateUnit
     """Other units than pulse/s need the body's scale in the configuration."""
 
 
@@ -5061,7 +5064,7 @@ class Readiness(TypedDict):
     """True if every line is open and set up, and at least one controller answers on it."""
     lines: dict[str, LineState]
     """State of each line that the request's key is for; without a good key none is named."""
-    journal: Literal["ready", "unavailable"]
+    journal: JournalState
     """State of the journal; while it is `unavailable`, all that has an effect is refused but stops."""
     detail: str
     """The reasons in words, and what to do."""
@@ -5131,9 +5134,9 @@ class RelativeMoveRequest(TypedDict):
     start_within_s: NotRequired[float]
     """Seconds the move may wait for its turn; if it is not sent by then, it never is. Left out: 5.0."""
     kind: Literal["relative"]
-    direction: Literal["cw", "ccw"]
+    direction: Direction
     distance: Length
-    speed: NotRequired[Literal["high", "low"]]
+    speed: NotRequired[Speed]
     """`low` runs at the start speed, without ramps. Left out: high."""
     pattern: NotRequired[int | None]
     """Acceleration pattern; left out, number 30 (RC-420 manual 13.3.4)."""
@@ -5268,9 +5271,9 @@ class RobotAbsoluteMoveRequest(TypedDict):
     """Seconds the move may wait for its turn; if it is not sent by then, it never is. Left out: 5.0."""
     speed_percent: NotRequired[float | None]
     """Percent of full speed, 0.1-100, for this move: the gateway sets it for all axes of the unit before (VAO, MAO), and it stays so until it is set otherwise, or the power goes. Left out, the move runs at what is set. JOG and JTE have a speed of the robot's own."""
-    coordinates: NotRequired[Literal["user", "motor"]]
+    coordinates: NotRequired[CoordinateSystem]
     """Coordinates of the axes: those of the user or of the motors (C-HOST manual 1-6). Left out: user."""
-    axes: dict[str, Any]
+    axes: AxisAmounts
     """Amounts by name; an axis that is not named stays where it is."""
     kind: Literal["absolute"]
 
@@ -5850,22 +5853,22 @@ class RobotMove(TypedDict):
     """Cursor after which the events include all later news of the move."""
     robot_id: str
     unit: int
-    kind: Literal["absolute", "relative", "position", "home", "step", "macro"]
-    coordinates: Literal["user", "motor"]
+    kind: RobotMoveKind
+    coordinates: CoordinateSystem
     """Coordinates of the positions."""
-    units: dict[str, str]
+    units: AxisUnits
     """Units of the positions, by axis: mm, pulse or degree."""
     end_cause: str | None
     """normal, stop_command or error_nnn as the robot says; not_executed, power_cycled or position_mismatch as the gateway found."""
-    start_position: dict[str, float | None] | None
+    start_position: AxisValues | None
     """Position before the move, by axis."""
-    target_position: dict[str, float | None] | None
+    target_position: AxisValues | None
     """Target by axis, where it can be known beforehand."""
     longest_s: float | None
     """Seconds it may take by distance and speed, where these are known."""
-    position: dict[str, float | None] | None
+    position: AxisValues | None
     """Position as last read, by axis; null while an axis does not know it."""
-    completion: Literal["reply", "inferred"] | None
+    completion: RobotMoveCompletion | None
     """Evidence of the end: the robot's reply to the move, or inferred from its standstill."""
 
 
@@ -6099,7 +6102,7 @@ class RobotPosition(TypedDict):
     """Where the axes of a unit stand (APS)."""
 
     unit: int
-    coordinates: Literal["user", "motor"]
+    coordinates: CoordinateSystem
     axes: dict[str, LiveAxis]
 
 
@@ -6193,9 +6196,9 @@ class RobotRelativeMoveRequest(TypedDict):
     """Seconds the move may wait for its turn; if it is not sent by then, it never is. Left out: 5.0."""
     speed_percent: NotRequired[float | None]
     """Percent of full speed, 0.1-100, for this move: the gateway sets it for all axes of the unit before (VAO, MAO), and it stays so until it is set otherwise, or the power goes. Left out, the move runs at what is set. JOG and JTE have a speed of the robot's own."""
-    coordinates: NotRequired[Literal["user", "motor"]]
+    coordinates: NotRequired[CoordinateSystem]
     """Coordinates of the axes: those of the user or of the motors (C-HOST manual 1-6). Left out: user."""
-    axes: dict[str, Any]
+    axes: AxisAmounts
     """Amounts by name; an axis that is not named stays where it is."""
     kind: Literal["relative"]
 
@@ -6320,7 +6323,7 @@ class RobotSample(TypedDict):
     """Time of the robot's answer."""
     time_s: float
     """Seconds since the move's command was written."""
-    axes: dict[str, float | None]
+    axes: AxisValues
     """Coordinates by axis; null while the robot does not know one."""
     planned: dict[str, float] | None
     """Planned place of the axis that moves at this time, in its `units`; null without a plan."""
@@ -6332,8 +6335,8 @@ class RobotSamples(TypedDict):
     move_id: str
     robot_id: str
     unit: int
-    coordinates: Literal["user", "motor"]
-    units: dict[str, str]
+    coordinates: CoordinateSystem
+    units: AxisUnits
     """Units of the positions, by axis: mm, pulse or degree."""
     planned_s: float | None
     """Seconds that the plan takes; null without a plan."""
@@ -6437,7 +6440,7 @@ class RobotStopReport(TypedDict):
     """The state of the stop of a robot, and its evidence."""
 
     robot_id: str
-    state: Literal["requested", "sent", "acknowledged", "refused", "confirmed", "not_sent"]
+    state: StopState
     """Only confirmed means that the robot itself reports standstill of all axes."""
     detail: str | None
     """Why it is not confirmed."""
@@ -6708,7 +6711,7 @@ class ScaraInfo(TypedDict):
     """True if an axis moves; null while that is not known."""
     move_id: str | None
     """The move that is not over yet."""
-    homed: Literal["yes", "no", "unknown"]
+    homed: Homed
     """yes where all its bodies are, no where one has lost its power."""
     power_cycled: bool
     """A body has lost its power: where the finger is means nothing, and moves are refused."""
@@ -7420,7 +7423,7 @@ class SpeedsKnown(TypedDict):
 class StallFound(TypedDict):
     """A STALL error that stands: moves are refused until it is cleared or the axis homed."""
 
-    finder: Literal["stall_sensor", "encoder"]
+    finder: StallFinder
     """Finder that raised it: QRD or PRD tells of it."""
     reset: str
     """The route that clears it: POST, with {}."""
@@ -7449,7 +7452,7 @@ class StopRefusal(TypedDict):
     """The state of a stop that the robot has refused."""
 
     robot_id: str
-    state: Literal["requested", "sent", "acknowledged", "refused", "confirmed", "not_sent"]
+    state: StopState
     """Only confirmed means that the robot itself reports standstill of all axes."""
     detail: str | None
     """Why it is not confirmed."""
@@ -7465,7 +7468,7 @@ class StopReport(TypedDict):
     """The state of the stop of one body, and its evidence."""
 
     body_id: str
-    state: Literal["requested", "sent", "acknowledged", "refused", "confirmed", "not_sent"]
+    state: StopState
     """Only confirmed means that the controller itself reports standstill."""
     position: int | None
     """Position in pulses, at standstill."""
@@ -7478,7 +7481,7 @@ class StopReport(TypedDict):
 class StopRequest(TypedDict):
     """The way to stop."""
 
-    mode: NotRequired[Literal["decelerate", "immediate"]]
+    mode: NotRequired[StopMode]
     """`decelerate` is command 5SS, `immediate` is 5IS (RC-420 manual 14); for robots ASS and AES (C-HOST manual 2-7, 2-8). Left out: decelerate."""
 
 
@@ -7589,7 +7592,7 @@ class TableUpload(TypedDict):
     id: str
     target: str
     """Path of the body, line or robot that is read."""
-    status: Literal["running", "succeeded", "failed", "cancelled"]
+    status: JobStatus
     controllers: list[str]
     """Ids of the bodies, or of the robot, that are read, in their order."""
     controller: str | None
@@ -7667,7 +7670,7 @@ class TraceRecord(TypedDict):
     """UTC wall time, which jumps when the clock is set."""
     monotonic_ns: int
     """A clock that never jumps."""
-    kind: Literal["rx", "tx", "opened", "lost", "closed"]
+    kind: TraceKind
     data: str
     """The bytes; unprintable ones as \\r, \\n, \\t or \\x00."""
     caller: NotRequired[str | None]
@@ -7716,7 +7719,7 @@ class UnitInfo(TypedDict):
     """User axes, in the robot's order."""
     motor_axes: list[AxisInfo]
     """Motor axes; the same ones where nothing is converted."""
-    homed: Literal["yes", "unknown"]
+    homed: UnitHomed
     """yes: every axis has told its place when the unit was read last, and no homing, macro or loss of power is known since. Another unit is not selected just to ask it."""
     move_id: str | None
     """The move that is not over yet."""
@@ -7727,7 +7730,7 @@ class UnitPosition(TypedDict):
 
     robot_id: str
     unit: int
-    coordinates: Literal["user", "motor"]
+    coordinates: CoordinateSystem
     axes: dict[str, AxisPlace]
     read_at: str
     """Time of the robot's answer."""
@@ -7880,24 +7883,74 @@ class WentOffline(TypedDict):
     """False where no body on its line was heard, and it was not asked itself."""
 
 
+AmountUnit: TypeAlias = Literal["mm", "pulse", "degree"]
+
+
+AxisMotion: TypeAlias = Literal["standing", "jog", "move", "homing", "macro", "stopped"]
+
+
 Block: TypeAlias = Literal["a", "b", "c", "d"]
+
+
+CallMethod: TypeAlias = Literal["GET", "POST", "PUT"]
+
+
+Completion: TypeAlias = Literal["frame", "polling"]
+
+
+CoordinateSystem: TypeAlias = Literal["user", "motor"]
+
+
+CountedIn: TypeAlias = Literal["pulses", "encoder_counts"]
 
 
 DetailKind: TypeAlias = Literal["none", "emergency", "driver", "connection", "timeout", "fics", "unreadable"]
 
 
+Direction: TypeAlias = Literal["cw", "ccw"]
+
+
 Effect: TypeAlias = Literal["read", "setting", "clearing", "motion", "stop", "maintenance"]
+
+
+HomeMethod: TypeAlias = Literal[
+    "standard", "stall_detection", "fast_then_stop", "fast_then_decelerate", "rc204", "centre_stall_dog"
+]
+
+
+Homed: TypeAlias = Literal["yes", "no", "unknown"]
+
+
+HostMode: TypeAlias = Literal[2, 3]
+
+
+JobStatus: TypeAlias = Literal["running", "succeeded", "failed", "cancelled"]
+
+
+JournalState: TypeAlias = Literal["ready", "unavailable"]
 
 
 JsonValue: TypeAlias = Any
 
 
+LengthUnit: TypeAlias = Literal["pulse", "mm", "um", "deg", "mdeg"]
+
+
 LineState: TypeAlias = Literal["down", "silent", "standby", "setting_up", "ready", "out_of_step"]
+
+
+MoveKind: TypeAlias = Literal["relative", "absolute", "home", "continuous", "jog", "interpolated"]
 
 
 MoveStatus: TypeAlias = Literal[
     "queued", "sent", "moving", "succeeded", "failed", "stopped", "rejected", "cancelled", "lost", "unknown"
 ]
+
+
+Moved: TypeAlias = Literal["no", "yes", "unknown"]
+
+
+RateUnit: TypeAlias = Literal["pulse/s", "mm/s", "um/s", "deg/s", "mdeg/s"]
 
 
 Retry: TypeAlias = Literal["read", "setting", "conditional", "never", "stop"]
@@ -7906,7 +7959,37 @@ Retry: TypeAlias = Literal["read", "setting", "conditional", "never", "stop"]
 Right: TypeAlias = Literal["open", "view", "stop", "operate", "setup", "admin"]
 
 
+RobotMoveCompletion: TypeAlias = Literal["reply", "inferred"]
+
+
+RobotMoveKind: TypeAlias = Literal["absolute", "relative", "position", "home", "step", "macro"]
+
+
 Role: TypeAlias = Literal["viewer", "operator", "setup", "admin"]
+
+
+Speed: TypeAlias = Literal["high", "low"]
+
+
+StallFinder: TypeAlias = Literal["stall_sensor", "encoder"]
+
+
+StopMode: TypeAlias = Literal["decelerate", "immediate"]
+
+
+StopState: TypeAlias = Literal["requested", "sent", "acknowledged", "refused", "confirmed", "not_sent"]
+
+
+StopTiming: TypeAlias = Literal["interject", "after_reply"]
+
+
+TraceKind: TypeAlias = Literal["rx", "tx", "opened", "lost", "closed"]
+
+
+UnitHomed: TypeAlias = Literal["yes", "unknown"]
+
+
+UnknownReason: TypeAlias = Literal["not_homed", "homing", "macro", "automatic", "no_conversion", "not_known"]
 
 
 WhenAnswered: TypeAlias = Literal["always", "on_completion", "at_once"]

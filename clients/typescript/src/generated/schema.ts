@@ -3906,12 +3906,8 @@ export interface components {
              */
             kind: "absolute";
             position: components["schemas"]["Length"];
-            /**
-             * Speed
-             * @description `low` runs at the start speed, without ramps. Left out: high.
-             * @enum {string}
-             */
-            speed?: "high" | "low";
+            /** @description `low` runs at the start speed, without ramps. Left out: high. */
+            speed?: components["schemas"]["Speed"];
             /**
              * Pattern
              * @description Acceleration pattern; left out, number 30 (RC-420 manual 13.3.4).
@@ -4144,12 +4140,10 @@ export interface components {
         Amount: {
             /** Value */
             value: number;
-            /**
-             * Unit
-             * @enum {string}
-             */
-            unit: "mm" | "pulse" | "degree";
+            unit: components["schemas"]["AmountUnit"];
         };
+        /** @enum {string} */
+        AmountUnit: "mm" | "pulse" | "degree";
         /**
          * Angle
          * @description An angle, counterclockwise from X.
@@ -4180,6 +4174,9 @@ export interface components {
              */
             cursor: string | null;
         };
+        AxisAmounts: {
+            [key: string]: components["schemas"]["Amount"];
+        };
         /**
          * AxisInfo
          * @description An axis as it is configured.
@@ -4195,6 +4192,8 @@ export interface components {
             /** Speed Unit */
             speed_unit: string;
         };
+        /** @enum {string} */
+        AxisMotion: "standing" | "jog" | "move" | "homing" | "macro" | "stopped";
         /**
          * AxisOfShift
          * @description The moves of one body, or of one unit of a robot.
@@ -4248,11 +4247,8 @@ export interface components {
              * @description mm, pulse or degree.
              */
             unit: string;
-            /**
-             * Reason
-             * @description Why it is not known: not homed, homing or a macro or automatic operation under way, no user coordinates where the motors stand, or not to be found out.
-             */
-            reason: ("not_homed" | "homing" | "macro" | "automatic" | "no_conversion" | "not_known") | null;
+            /** @description Why it is not known: not homed, homing or a macro or automatic operation under way, no user coordinates where the motors stand, or not to be found out. */
+            reason: components["schemas"]["UnknownReason"] | null;
         };
         /**
          * AxisPulses
@@ -4319,12 +4315,8 @@ export interface components {
          * @description How a motor axis is (C-HOST manual 2-10, 2-11).
          */
         AxisState: {
-            /**
-             * Motion
-             * @description stopped: by the stop input or an immediate stop.
-             * @enum {string}
-             */
-            motion: "standing" | "jog" | "move" | "homing" | "macro" | "stopped";
+            /** @description stopped: by the stop input or an immediate stop. */
+            motion: components["schemas"]["AxisMotion"];
             /** Origin Done */
             origin_done: boolean;
             /** Servo Ready */
@@ -4360,6 +4352,9 @@ export interface components {
              */
             driver_error: string;
         };
+        AxisUnits: {
+            [key: string]: string;
+        };
         /**
          * AxisValue
          * @description A coordinate or a speed of an axis, with its unit.
@@ -4373,6 +4368,9 @@ export interface components {
              */
             unit: string;
         };
+        AxisValues: {
+            [key: string]: number | null;
+        };
         /**
          * Backup
          * @description One backup that is being read, or was.
@@ -4385,12 +4383,8 @@ export interface components {
              * @description Path of the body, line or robot that is read.
              */
             target: string;
-            /**
-             * Status
-             * @default running
-             * @enum {string}
-             */
-            status: "running" | "succeeded" | "failed" | "cancelled";
+            /** @default running */
+            status: components["schemas"]["JobStatus"];
             /**
              * Controllers
              * @description Ids of the bodies, or of the robot, that are read, in their order.
@@ -4455,12 +4449,8 @@ export interface components {
              * @description Path of the body, line or robot that is read.
              */
             target: string;
-            /**
-             * Status
-             * @default running
-             * @enum {string}
-             */
-            status: "running" | "succeeded" | "failed" | "cancelled";
+            /** @default running */
+            status: components["schemas"]["JobStatus"];
             /**
              * Controllers
              * @description Ids of the bodies, or of the robot, that are read, in their order.
@@ -5177,12 +5167,8 @@ export interface components {
              * @description The move that is not over yet.
              */
             move_id: string | null;
-            /**
-             * Homed
-             * @description yes: homed by the gateway, and its power was kept since; no: it has lost its power.
-             * @enum {string}
-             */
-            homed: "yes" | "no" | "unknown";
+            /** @description yes: homed by the gateway, and its power was kept since; no: it has lost its power. */
+            homed: components["schemas"]["Homed"];
             /**
              * Power Cycled
              * @description True if it has lost its power; motions to places are refused until it is homed, its position is set, or that is acknowledged.
@@ -5197,11 +5183,8 @@ export interface components {
             pulses_per_unit: number | null;
             /** Groups */
             groups: string[];
-            /**
-             * Counted In
-             * @description Unit of the position; null until its operating mode is read, as `position` of a body and its live values have it, and again after it may have changed.
-             */
-            counted_in: ("pulses" | "encoder_counts") | null;
+            /** @description Unit of the position; null until its operating mode is read, as `position` of a body and its live values have it, and again after it may have changed. */
+            counted_in: components["schemas"]["CountedIn"] | null;
             /**
              * Position
              * @description Position as last read, in `counted_in`; null until it was read since it was called otherwise.
@@ -5310,16 +5293,8 @@ export interface components {
             heartbeat_within_ms: number;
             /** Body Id */
             body_id: string;
-            /**
-             * Direction
-             * @enum {string}
-             */
-            direction: "cw" | "ccw";
-            /**
-             * Speed
-             * @enum {string}
-             */
-            speed: "high" | "low";
+            direction: components["schemas"]["Direction"];
+            speed: components["schemas"]["Speed"];
             /**
              * Distance
              * @description Longest way in pulses; encoder counts in encoder mode.
@@ -5428,12 +5403,8 @@ export interface components {
              * @enum {string}
              */
             direction: "cw" | "ccw" | "+" | "-";
-            /**
-             * Speed
-             * @description `low` runs at the start speed, without ramps. Left out: low.
-             * @enum {string}
-             */
-            speed?: "high" | "low";
+            /** @description `low` runs at the start speed, without ramps. Left out: low. */
+            speed?: components["schemas"]["Speed"];
             /**
              * Pattern
              * @description Acceleration pattern; left out, number 30 (RC-420 manual 13.3.4).
@@ -6345,11 +6316,8 @@ export interface components {
             moving: boolean | null;
             /** Move Id */
             move_id: string | null;
-            /**
-             * Counted In
-             * @description Unit of the position; null where that is not known.
-             */
-            counted_in: ("pulses" | "encoder_counts") | null;
+            /** @description Unit of the position; null where that is not known. */
+            counted_in: components["schemas"]["CountedIn"] | null;
             /**
              * Position
              * @description Position as last read, in `counted_in`.
@@ -6481,11 +6449,8 @@ export interface components {
              * @description Or encoder counts: see `counted_in`.
              */
             pulses: number;
-            /**
-             * Counted In
-             * @description Unit of `pulses`; null where its operating mode could not be read.
-             */
-            counted_in: ("pulses" | "encoder_counts") | null;
+            /** @description Unit of `pulses`; null where its operating mode could not be read. */
+            counted_in: components["schemas"]["CountedIn"] | null;
             /**
              * Value
              * @description Position in `unit`; null without a scale.
@@ -8519,6 +8484,8 @@ export interface components {
             correlationid?: string | null;
             data: components["schemas"]["Unreadable"];
         };
+        /** @enum {string} */
+        CallMethod: "GET" | "POST" | "PUT";
         /**
          * CaptureBounds
          * @description The stretch of positions in which an edge counts.
@@ -8980,6 +8947,8 @@ export interface components {
              */
             line_id: string;
         };
+        /** @enum {string} */
+        Completion: "frame" | "polling";
         /**
          * ContinuousMoveRequest
          * @description Move until stopped; only where the configuration has `allow_endless_moves`.
@@ -9005,17 +8974,9 @@ export interface components {
              * @enum {string}
              */
             kind: "continuous";
-            /**
-             * Direction
-             * @enum {string}
-             */
-            direction: "cw" | "ccw";
-            /**
-             * Speed
-             * @description `low` runs at the start speed, without ramps. Left out: high.
-             * @enum {string}
-             */
-            speed?: "high" | "low";
+            direction: components["schemas"]["Direction"];
+            /** @description `low` runs at the start speed, without ramps. Left out: high. */
+            speed?: components["schemas"]["Speed"];
             /**
              * Pattern
              * @description Acceleration pattern; left out, number 30 (RC-420 manual 13.3.4).
@@ -9085,6 +9046,10 @@ export interface components {
              */
             agrees: boolean;
         };
+        /** @enum {string} */
+        CoordinateSystem: "user" | "motor";
+        /** @enum {string} */
+        CountedIn: "pulses" | "encoder_counts";
         /**
          * Crashed
          * @description The work under way when the last life of the gateway ended unasked.
@@ -9139,12 +9104,8 @@ export interface components {
             changes?: components["schemas"]["SpeedChangeRequest"][];
             /** @description Distance of the move. */
             distance: components["schemas"]["Length"];
-            /**
-             * Speed
-             * @description `low` runs at the start speed, without ramps. Left out: high.
-             * @enum {string}
-             */
-            speed?: "high" | "low";
+            /** @description `low` runs at the start speed, without ramps. Left out: high. */
+            speed?: components["schemas"]["Speed"];
             /**
              * Points
              * @description Number of moments, evenly spread. Left out: 200.
@@ -9296,6 +9257,8 @@ export interface components {
              */
             restorable: boolean;
         };
+        /** @enum {string} */
+        Direction: "cw" | "ccw";
         /**
          * Distance
          * @description A length or a coordinate.
@@ -9404,12 +9367,8 @@ export interface components {
          * @description Where the encoder is.
          */
         EncoderCounts: {
-            /**
-             * Counted In
-             * @description Unit of positions and amounts of this body.
-             * @enum {string}
-             */
-            counted_in: "pulses" | "encoder_counts";
+            /** @description Unit of positions and amounts of this body. */
+            counted_in: components["schemas"]["CountedIn"];
             /**
              * Position
              * @description Position that the body tells, in `counted_in` (6PD).
@@ -11109,6 +11068,8 @@ export interface components {
             correlationid?: string | null;
             data: components["schemas"]["Strangers"];
         };
+        /** @enum {string} */
+        HomeMethod: "standard" | "stall_detection" | "fast_then_stop" | "fast_then_decelerate" | "rc204" | "centre_stall_dog";
         /**
          * HomeRequest
          * @description Search the origin (RC-420 manual 13.5), or the centre of the stall dog after that (13.6.2).
@@ -11132,13 +11093,11 @@ export interface components {
              * @enum {string}
              */
             kind: "home";
-            /**
-             * Method
-             * @description Commands 00M, 01M, 02M, 03M, 04M and 0QM, in this order. 0QM goes to the nearest dog, and makes no body `homed`. Left out: standard.
-             * @enum {string}
-             */
-            method?: "standard" | "stall_detection" | "fast_then_stop" | "fast_then_decelerate" | "rc204" | "centre_stall_dog";
+            /** @description Commands 00M, 01M, 02M, 03M, 04M and 0QM, in this order. 0QM goes to the nearest dog, and makes no body `homed`. Left out: standard. */
+            method?: components["schemas"]["HomeMethod"];
         };
+        /** @enum {string} */
+        Homed: "yes" | "no" | "unknown";
         /**
          * Homing
          * @description How a body searches its origin.
@@ -11271,6 +11230,8 @@ export interface components {
             /** Falling Percent */
             falling_percent?: number | null;
         };
+        /** @enum {integer} */
+        HostMode: 2 | 3;
         /**
          * Identity
          * @description The caller as the gateway knows it: name, role and rights.
@@ -11399,6 +11360,8 @@ export interface components {
             /** Cursor */
             cursor: string;
         };
+        /** @enum {string} */
+        JobStatus: "running" | "succeeded" | "failed" | "cancelled";
         /**
          * JogRequest
          * @description The axis to jog, and its direction (C-HOST manual 2-2).
@@ -11465,6 +11428,8 @@ export interface components {
             /** File */
             file: string;
         };
+        /** @enum {string} */
+        JournalState: "ready" | "unavailable";
         /**
          * JournalTrouble
          * @description Why the journal cannot be written.
@@ -11555,11 +11520,7 @@ export interface components {
          * @description The outcome of the last search.
          */
         LastHoming: {
-            /**
-             * Homed
-             * @enum {string}
-             */
-            homed: "yes" | "no" | "unknown";
+            homed: components["schemas"]["Homed"];
             /**
              * Distance
              * @description Pulses from its end back to its start (0PD); 0 after power-on.
@@ -11663,13 +11624,11 @@ export interface components {
              * @description Pulses are whole numbers.
              */
             value: number;
-            /**
-             * Unit
-             * @description mm, um, deg and mdeg need the body's scale in the configuration.
-             * @enum {string}
-             */
-            unit: "pulse" | "mm" | "um" | "deg" | "mdeg";
+            /** @description mm, um, deg and mdeg need the body's scale in the configuration. */
+            unit: components["schemas"]["LengthUnit"];
         };
+        /** @enum {string} */
+        LengthUnit: "pulse" | "mm" | "um" | "deg" | "mdeg";
         /**
          * LineBackupCancelledEvent
          * @description A request or the end of the gateway has ended it; about `/lines/{line_id}`.
@@ -12265,12 +12224,8 @@ export interface components {
              * @description Answer of the link master to XID.
              */
             controllers: string;
-            /**
-             * Stop Mode
-             * @description Moment of a stop: at the next frame boundary, or after the reply under way.
-             * @enum {string}
-             */
-            stop_mode: "interject" | "after_reply";
+            /** @description Moment of a stop: at the next frame boundary, or after the reply under way. */
+            stop_mode: components["schemas"]["StopTiming"];
             /**
              * Strict
              * @description A reply came twice here lately: an acknowledgement counts only when a fence before and one after it have shown that it was no copy.
@@ -13644,12 +13599,8 @@ export interface components {
          *     }
          */
         ModeChange: {
-            /**
-             * Mode
-             * @description 3; or 2, in which most commands are silent.
-             * @enum {integer}
-             */
-            mode: 2 | 3;
+            /** @description 3; or 2, in which most commands are silent. */
+            mode: components["schemas"]["HostMode"];
         };
         /**
          * Moment
@@ -13761,21 +13712,14 @@ export interface components {
              * @description Id of the group that the command was sent to, if any.
              */
             group_id: string | null;
-            /**
-             * Kind
-             * @enum {string}
-             */
-            kind: "relative" | "absolute" | "home" | "continuous" | "jog" | "interpolated";
+            kind: components["schemas"]["MoveKind"];
             /**
              * End Cause
              * @description Cause of the end. By the controller: normal, stall, cw_limit, ccw_limit, ems, stop_command, or several joined by +; by the gateway: not_executed, position_mismatch or not_in_position.
              */
             end_cause: string | null;
-            /**
-             * Counted In
-             * @description Unit of the positions; null if the body's operating mode is not known.
-             */
-            counted_in: ("pulses" | "encoder_counts") | null;
+            /** @description Unit of the positions; null if the body's operating mode is not known. */
+            counted_in: components["schemas"]["CountedIn"] | null;
             /**
              * Start Position
              * @description Position before the move, in `counted_in`.
@@ -13796,11 +13740,8 @@ export interface components {
              * @description Distance from the end of a good homing back to its start, in `counted_in` (0PD).
              */
             homing_distance: number | null;
-            /**
-             * Completion
-             * @description `frame`: the link master announced the end; `polling`: the gateway found it.
-             */
-            completion: ("frame" | "polling") | null;
+            /** @description `frame`: the link master announced the end; `polling`: the gateway found it. */
+            completion: components["schemas"]["Completion"] | null;
         };
         /**
          * MoveError
@@ -13816,12 +13757,8 @@ export interface components {
             title: string;
             /** Detail */
             detail: string;
-            /**
-             * Moved
-             * @description Says if the motor did anything because of this move: no, yes or unknown.
-             * @enum {string}
-             */
-            moved: "no" | "yes" | "unknown";
+            /** @description Says if the motor did anything because of this move: no, yes or unknown. */
+            moved: components["schemas"]["Moved"];
             /** Remedy */
             remedy: string;
             /**
@@ -13835,6 +13772,8 @@ export interface components {
              */
             next: components["schemas"]["NextCall"][];
         };
+        /** @enum {string} */
+        MoveKind: "relative" | "absolute" | "home" | "continuous" | "jog" | "interpolated";
         /**
          * MoveList
          * @description Moves of a body, newest first.
@@ -13849,6 +13788,8 @@ export interface components {
          * @enum {string}
          */
         MoveStatus: "queued" | "sent" | "moving" | "succeeded" | "failed" | "stopped" | "rejected" | "cancelled" | "lost" | "unknown";
+        /** @enum {string} */
+        Moved: "no" | "yes" | "unknown";
         /**
          * NamedMemory
          * @description A memory, and what it shall hold.
@@ -13990,11 +13931,7 @@ export interface components {
          * @description A request to this gateway that helps.
          */
         NextCall: {
-            /**
-             * Method
-             * @enum {string}
-             */
-            method: "GET" | "POST" | "PUT";
+            method: components["schemas"]["CallMethod"];
             /** Path */
             path: string;
             /** @description The right that the caller needs. */
@@ -14402,11 +14339,8 @@ export interface components {
              * @description The exact bytes that would be sent, CR as \r.
              */
             frame: string;
-            /**
-             * Counted In
-             * @description Unit of the target's position.
-             */
-            counted_in: ("pulses" | "encoder_counts") | null;
+            /** @description Unit of the target's position. */
+            counted_in: components["schemas"]["CountedIn"] | null;
             /**
              * Distance
              * @description Pulses it would emit; null where only the motion itself can tell.
@@ -14458,33 +14392,14 @@ export interface components {
              * @description The exact bytes that would be sent, CR as \r.
              */
             frame: string;
-            /**
-             * Coordinates
-             * @description Coordinates of the positions.
-             * @enum {string}
-             */
-            coordinates: "user" | "motor";
-            /**
-             * Units
-             * @description Units by axis: mm, pulse or degree.
-             */
-            units: {
-                [key: string]: string;
-            };
-            /**
-             * Start Position
-             * @description Present position by axis; null while the robot does not tell it.
-             */
-            start_position: {
-                [key: string]: number | null;
-            } | null;
-            /**
-             * Target Position
-             * @description Target by axis that moves, where it can be known beforehand.
-             */
-            target_position: {
-                [key: string]: number | null;
-            } | null;
+            /** @description Coordinates of the positions. */
+            coordinates: components["schemas"]["CoordinateSystem"];
+            /** @description Units by axis: mm, pulse or degree. */
+            units: components["schemas"]["AxisUnits"];
+            /** @description Present position by axis; null while the robot does not tell it. */
+            start_position: components["schemas"]["AxisValues"] | null;
+            /** @description Target by axis that moves, where it can be known beforehand. */
+            target_position: components["schemas"]["AxisValues"] | null;
             /**
              * Duration S
              * @description Seconds that it would move by the present settings, where that can be calculated.
@@ -14721,11 +14636,8 @@ export interface components {
              * @description Or encoder counts: see `counted_in`.
              */
             pulses: number;
-            /**
-             * Counted In
-             * @description encoder_counts in encoder mode (RC-420 manual 13.1.3); null where the mode is not known.
-             */
-            counted_in: ("pulses" | "encoder_counts") | null;
+            /** @description encoder_counts in encoder mode (RC-420 manual 13.1.3); null where the mode is not known. */
+            counted_in: components["schemas"]["CountedIn"] | null;
             /**
              * Value
              * @description Position in `unit`; null without a scale.
@@ -14752,13 +14664,8 @@ export interface components {
         PositionEntry: {
             /** Number */
             number: number;
-            /**
-             * Axes
-             * @description Coordinates by name; an axis that is not named is left out. Without axes, where the unit stands.
-             */
-            axes?: {
-                [key: string]: components["schemas"]["Amount"];
-            } | null;
+            /** @description Coordinates by name; an axis that is not named is left out. Without axes, where the unit stands. */
+            axes?: components["schemas"]["AxisAmounts"] | null;
         };
         /**
          * PositionLabel
@@ -14801,12 +14708,8 @@ export interface components {
              * @description Position number.
              */
             position: number;
-            /**
-             * Speed
-             * @description `low` runs at the start speed, without ramps. Left out: high.
-             * @enum {string}
-             */
-            speed?: "high" | "low";
+            /** @description `low` runs at the start speed, without ramps. Left out: high. */
+            speed?: components["schemas"]["Speed"];
             /**
              * Pattern
              * @description Acceleration pattern; left out, number 30 (RC-420 manual 13.3.4).
@@ -14841,12 +14744,8 @@ export interface components {
              * @description Path of the body, line or robot that is read.
              */
             target: string;
-            /**
-             * Status
-             * @default running
-             * @enum {string}
-             */
-            status: "running" | "succeeded" | "failed" | "cancelled";
+            /** @default running */
+            status: components["schemas"]["JobStatus"];
             /**
              * Controllers
              * @description Ids of the bodies, or of the robot, that are read, in their order.
@@ -14940,11 +14839,8 @@ export interface components {
              * @description Pulses are whole numbers.
              */
             value?: number | null;
-            /**
-             * Unit
-             * @description mm, um, deg and mdeg need the body's scale in the configuration.
-             */
-            unit?: ("pulse" | "mm" | "um" | "deg" | "mdeg") | null;
+            /** @description mm, um, deg and mdeg need the body's scale in the configuration. */
+            unit?: components["schemas"]["LengthUnit"] | null;
             /**
              * Pulses
              * @description Encoder counts in encoder mode; `value` and `unit` follow from them.
@@ -15092,12 +14988,8 @@ export interface components {
              * @description The path that was asked for.
              */
             instance: string;
-            /**
-             * Moved
-             * @description Says if the motor did anything because of this request: no, yes or unknown.
-             * @enum {string}
-             */
-            moved: "no" | "yes" | "unknown";
+            /** @description Says if the motor did anything because of this request: no, yes or unknown. */
+            moved: components["schemas"]["Moved"];
             /**
              * Remedy
              * @description The next step for the caller.
@@ -15267,12 +15159,8 @@ export interface components {
             id: string;
             /** Body Id */
             body_id: string;
-            /**
-             * Status
-             * @default running
-             * @enum {string}
-             */
-            status: "running" | "succeeded" | "failed" | "cancelled";
+            /** @default running */
+            status: components["schemas"]["JobStatus"];
             /**
              * Phase
              * @description Phase of the upload now, or when it was broken off.
@@ -15344,13 +15232,11 @@ export interface components {
         Rate: {
             /** Value */
             value: number;
-            /**
-             * Unit
-             * @description Other units than pulse/s need the body's scale in the configuration.
-             * @enum {string}
-             */
-            unit: "pulse/s" | "mm/s" | "um/s" | "deg/s" | "mdeg/s";
+            /** @description Other units than pulse/s need the body's scale in the configuration. */
+            unit: components["schemas"]["RateUnit"];
         };
+        /** @enum {string} */
+        RateUnit: "pulse/s" | "mm/s" | "um/s" | "deg/s" | "mdeg/s";
         /**
          * RawReply
          * @description The answer to a command as text.
@@ -15402,12 +15288,8 @@ export interface components {
             lines: {
                 [key: string]: components["schemas"]["LineState"];
             };
-            /**
-             * Journal
-             * @description State of the journal; while it is `unavailable`, all that has an effect is refused but stops.
-             * @enum {string}
-             */
-            journal: "ready" | "unavailable";
+            /** @description State of the journal; while it is `unavailable`, all that has an effect is refused but stops. */
+            journal: components["schemas"]["JournalState"];
             /**
              * Detail
              * @description The reasons in words, and what to do.
@@ -15575,18 +15457,10 @@ export interface components {
              * @enum {string}
              */
             kind: "relative";
-            /**
-             * Direction
-             * @enum {string}
-             */
-            direction: "cw" | "ccw";
+            direction: components["schemas"]["Direction"];
             distance: components["schemas"]["Length"];
-            /**
-             * Speed
-             * @description `low` runs at the start speed, without ramps. Left out: high.
-             * @enum {string}
-             */
-            speed?: "high" | "low";
+            /** @description `low` runs at the start speed, without ramps. Left out: high. */
+            speed?: components["schemas"]["Speed"];
             /**
              * Pattern
              * @description Acceleration pattern; left out, number 30 (RC-420 manual 13.3.4).
@@ -15896,19 +15770,10 @@ export interface components {
              * @description Percent of full speed, 0.1-100, for this move: the gateway sets it for all axes of the unit before (VAO, MAO), and it stays so until it is set otherwise, or the power goes. Left out, the move runs at what is set. JOG and JTE have a speed of the robot's own.
              */
             speed_percent?: number | null;
-            /**
-             * Coordinates
-             * @description Coordinates of the axes: those of the user or of the motors (C-HOST manual 1-6). Left out: user.
-             * @enum {string}
-             */
-            coordinates?: "user" | "motor";
-            /**
-             * Axes
-             * @description Amounts by name; an axis that is not named stays where it is.
-             */
-            axes: {
-                [key: string]: components["schemas"]["Amount"];
-            };
+            /** @description Coordinates of the axes: those of the user or of the motors (C-HOST manual 1-6). Left out: user. */
+            coordinates?: components["schemas"]["CoordinateSystem"];
+            /** @description Amounts by name; an axis that is not named stays where it is. */
+            axes: components["schemas"]["AxisAmounts"];
             /**
              * @description discriminator enum property added by openapi-typescript
              * @enum {string}
@@ -17409,60 +17274,29 @@ export interface components {
             robot_id: string;
             /** Unit */
             unit: number;
-            /**
-             * Kind
-             * @enum {string}
-             */
-            kind: "absolute" | "relative" | "position" | "home" | "step" | "macro";
-            /**
-             * Coordinates
-             * @description Coordinates of the positions.
-             * @enum {string}
-             */
-            coordinates: "user" | "motor";
-            /**
-             * Units
-             * @description Units of the positions, by axis: mm, pulse or degree.
-             */
-            units: {
-                [key: string]: string;
-            };
+            kind: components["schemas"]["RobotMoveKind"];
+            /** @description Coordinates of the positions. */
+            coordinates: components["schemas"]["CoordinateSystem"];
+            /** @description Units of the positions, by axis: mm, pulse or degree. */
+            units: components["schemas"]["AxisUnits"];
             /**
              * End Cause
              * @description normal, stop_command or error_nnn as the robot says; not_executed, power_cycled or position_mismatch as the gateway found.
              */
             end_cause: string | null;
-            /**
-             * Start Position
-             * @description Position before the move, by axis.
-             */
-            start_position: {
-                [key: string]: number | null;
-            } | null;
-            /**
-             * Target Position
-             * @description Target by axis, where it can be known beforehand.
-             */
-            target_position: {
-                [key: string]: number | null;
-            } | null;
+            /** @description Position before the move, by axis. */
+            start_position: components["schemas"]["AxisValues"] | null;
+            /** @description Target by axis, where it can be known beforehand. */
+            target_position: components["schemas"]["AxisValues"] | null;
             /**
              * Longest S
              * @description Seconds it may take by distance and speed, where these are known.
              */
             longest_s: number | null;
-            /**
-             * Position
-             * @description Position as last read, by axis; null while an axis does not know it.
-             */
-            position: {
-                [key: string]: number | null;
-            } | null;
-            /**
-             * Completion
-             * @description Evidence of the end: the robot's reply to the move, or inferred from its standstill.
-             */
-            completion: ("reply" | "inferred") | null;
+            /** @description Position as last read, by axis; null while an axis does not know it. */
+            position: components["schemas"]["AxisValues"] | null;
+            /** @description Evidence of the end: the robot's reply to the move, or inferred from its standstill. */
+            completion: components["schemas"]["RobotMoveCompletion"] | null;
         };
         /**
          * RobotMoveCancelledEvent
@@ -17508,6 +17342,8 @@ export interface components {
             correlationid?: string | null;
             data: components["schemas"]["RobotMove"];
         };
+        /** @enum {string} */
+        RobotMoveCompletion: "reply" | "inferred";
         /**
          * RobotMoveFailedEvent
          * @description It has ended otherwise; about `/robots/{robot_id}/units/{unit}`.
@@ -17552,6 +17388,8 @@ export interface components {
             correlationid?: string | null;
             data: components["schemas"]["RobotMove"];
         };
+        /** @enum {string} */
+        RobotMoveKind: "absolute" | "relative" | "position" | "home" | "step" | "macro";
         /**
          * RobotMoveList
          * @description Moves of a unit, newest first.
@@ -18072,11 +17910,7 @@ export interface components {
         RobotPosition: {
             /** Unit */
             unit: number;
-            /**
-             * Coordinates
-             * @enum {string}
-             */
-            coordinates: "user" | "motor";
+            coordinates: components["schemas"]["CoordinateSystem"];
             /** Axes */
             axes: {
                 [key: string]: components["schemas"]["LiveAxis"];
@@ -18331,19 +18165,10 @@ export interface components {
              * @description Percent of full speed, 0.1-100, for this move: the gateway sets it for all axes of the unit before (VAO, MAO), and it stays so until it is set otherwise, or the power goes. Left out, the move runs at what is set. JOG and JTE have a speed of the robot's own.
              */
             speed_percent?: number | null;
-            /**
-             * Coordinates
-             * @description Coordinates of the axes: those of the user or of the motors (C-HOST manual 1-6). Left out: user.
-             * @enum {string}
-             */
-            coordinates?: "user" | "motor";
-            /**
-             * Axes
-             * @description Amounts by name; an axis that is not named stays where it is.
-             */
-            axes: {
-                [key: string]: components["schemas"]["Amount"];
-            };
+            /** @description Coordinates of the axes: those of the user or of the motors (C-HOST manual 1-6). Left out: user. */
+            coordinates?: components["schemas"]["CoordinateSystem"];
+            /** @description Amounts by name; an axis that is not named stays where it is. */
+            axes: components["schemas"]["AxisAmounts"];
             /**
              * @description discriminator enum property added by openapi-typescript
              * @enum {string}
@@ -18670,13 +18495,8 @@ export interface components {
              * @description Seconds since the move's command was written.
              */
             time_s: number;
-            /**
-             * Axes
-             * @description Coordinates by axis; null while the robot does not know one.
-             */
-            axes: {
-                [key: string]: number | null;
-            };
+            /** @description Coordinates by axis; null while the robot does not know one. */
+            axes: components["schemas"]["AxisValues"];
             /**
              * Planned
              * @description Planned place of the axis that moves at this time, in its `units`; null without a plan.
@@ -18696,18 +18516,9 @@ export interface components {
             robot_id: string;
             /** Unit */
             unit: number;
-            /**
-             * Coordinates
-             * @enum {string}
-             */
-            coordinates: "user" | "motor";
-            /**
-             * Units
-             * @description Units of the positions, by axis: mm, pulse or degree.
-             */
-            units: {
-                [key: string]: string;
-            };
+            coordinates: components["schemas"]["CoordinateSystem"];
+            /** @description Units of the positions, by axis: mm, pulse or degree. */
+            units: components["schemas"]["AxisUnits"];
             /**
              * Planned S
              * @description Seconds that the plan takes; null without a plan.
@@ -18982,12 +18793,10 @@ export interface components {
             /** Robot Id */
             robot_id: string;
             /**
-             * State
              * @description Only confirmed means that the robot itself reports standstill of all axes.
              * @default requested
-             * @enum {string}
              */
-            state: "requested" | "sent" | "acknowledged" | "refused" | "confirmed" | "not_sent";
+            state: components["schemas"]["StopState"];
             /**
              * Detail
              * @description Why it is not confirmed.
@@ -19628,12 +19437,8 @@ export interface components {
              * @description The move that is not over yet.
              */
             move_id: string | null;
-            /**
-             * Homed
-             * @description yes where all its bodies are, no where one has lost its power.
-             * @enum {string}
-             */
-            homed: "yes" | "no" | "unknown";
+            /** @description yes where all its bodies are, no where one has lost its power. */
+            homed: components["schemas"]["Homed"];
             /**
              * Power Cycled
              * @description A body has lost its power: where the finger is means nothing, and moves are refused.
@@ -20970,6 +20775,8 @@ export interface components {
              */
             moves: (components["schemas"]["Move"] | components["schemas"]["ScaraMove"] | components["schemas"]["RobotMove"])[];
         };
+        /** @enum {string} */
+        Speed: "high" | "low";
         /**
          * SpeedAccepted
          * @description The controller has accepted a change of speed.
@@ -21281,17 +21088,15 @@ export interface components {
                 };
             };
         };
+        /** @enum {string} */
+        StallFinder: "stall_sensor" | "encoder";
         /**
          * StallFound
          * @description A STALL error that stands: moves are refused until it is cleared or the axis homed.
          */
         StallFound: {
-            /**
-             * Finder
-             * @description Finder that raised it: QRD or PRD tells of it.
-             * @enum {string}
-             */
-            finder: "stall_sensor" | "encoder";
+            /** @description Finder that raised it: QRD or PRD tells of it. */
+            finder: components["schemas"]["StallFinder"];
             /**
              * Reset
              * @description The route that clears it: POST, with {}.
@@ -21328,6 +21133,8 @@ export interface components {
             /** Status */
             status: string[];
         };
+        /** @enum {string} */
+        StopMode: "decelerate" | "immediate";
         /**
          * StopRefusal
          * @description The state of a stop that the robot has refused.
@@ -21336,12 +21143,10 @@ export interface components {
             /** Robot Id */
             robot_id: string;
             /**
-             * State
              * @description Only confirmed means that the robot itself reports standstill of all axes.
              * @default requested
-             * @enum {string}
              */
-            state: "requested" | "sent" | "acknowledged" | "refused" | "confirmed" | "not_sent";
+            state: components["schemas"]["StopState"];
             /**
              * Detail
              * @description Why it is not confirmed.
@@ -21371,12 +21176,10 @@ export interface components {
             /** Body Id */
             body_id: string;
             /**
-             * State
              * @description Only confirmed means that the controller itself reports standstill.
              * @default requested
-             * @enum {string}
              */
-            state: "requested" | "sent" | "acknowledged" | "refused" | "confirmed" | "not_sent";
+            state: components["schemas"]["StopState"];
             /**
              * Position
              * @description Position in pulses, at standstill.
@@ -21401,12 +21204,8 @@ export interface components {
          *     }
          */
         StopRequest: {
-            /**
-             * Mode
-             * @description `decelerate` is command 5SS, `immediate` is 5IS (RC-420 manual 14); for robots ASS and AES (C-HOST manual 2-7, 2-8). Left out: decelerate.
-             * @enum {string}
-             */
-            mode?: "decelerate" | "immediate";
+            /** @description `decelerate` is command 5SS, `immediate` is 5IS (RC-420 manual 14); for robots ASS and AES (C-HOST manual 2-7, 2-8). Left out: decelerate. */
+            mode?: components["schemas"]["StopMode"];
         };
         /**
          * StopResult
@@ -21423,6 +21222,10 @@ export interface components {
             /** Robots */
             robots: components["schemas"]["RobotStopReport"][];
         };
+        /** @enum {string} */
+        StopState: "requested" | "sent" | "acknowledged" | "refused" | "confirmed" | "not_sent";
+        /** @enum {string} */
+        StopTiming: "interject" | "after_reply";
         /**
          * StoredEntry
          * @description A stored position.
@@ -21622,12 +21425,8 @@ export interface components {
              * @description Path of the body, line or robot that is read.
              */
             target: string;
-            /**
-             * Status
-             * @default running
-             * @enum {string}
-             */
-            status: "running" | "succeeded" | "failed" | "cancelled";
+            /** @default running */
+            status: components["schemas"]["JobStatus"];
             /**
              * Controllers
              * @description Ids of the bodies, or of the robot, that are read, in their order.
@@ -21778,6 +21577,8 @@ export interface components {
             /** Entries */
             entries: components["schemas"]["TraceRecord"][];
         };
+        /** @enum {string} */
+        TraceKind: "rx" | "tx" | "opened" | "lost" | "closed";
         /**
          * TraceRecord
          * @description An event at the port: bytes were received or sent, or the port opened, was lost or closed.
@@ -21794,11 +21595,7 @@ export interface components {
              * @description A clock that never jumps.
              */
             monotonic_ns: number;
-            /**
-             * Kind
-             * @enum {string}
-             */
-            kind: "rx" | "tx" | "opened" | "lost" | "closed";
+            kind: components["schemas"]["TraceKind"];
             /**
              * Data
              * @description The bytes; unprintable ones as \r, \n, \t or \x00.
@@ -21874,6 +21671,8 @@ export interface components {
              */
             found: number;
         };
+        /** @enum {string} */
+        UnitHomed: "yes" | "unknown";
         /**
          * UnitInfo
          * @description A unit of a robot as the gateway knows it, without asking it.
@@ -21893,12 +21692,8 @@ export interface components {
              * @description Motor axes; the same ones where nothing is converted.
              */
             motor_axes: components["schemas"]["AxisInfo"][];
-            /**
-             * Homed
-             * @description yes: every axis has told its place when the unit was read last, and no homing, macro or loss of power is known since. Another unit is not selected just to ask it.
-             * @enum {string}
-             */
-            homed: "yes" | "unknown";
+            /** @description yes: every axis has told its place when the unit was read last, and no homing, macro or loss of power is known since. Another unit is not selected just to ask it. */
+            homed: components["schemas"]["UnitHomed"];
             /**
              * Move Id
              * @description The move that is not over yet.
@@ -21914,11 +21709,7 @@ export interface components {
             robot_id: string;
             /** Unit */
             unit: number;
-            /**
-             * Coordinates
-             * @enum {string}
-             */
-            coordinates: "user" | "motor";
+            coordinates: components["schemas"]["CoordinateSystem"];
             /** Axes */
             axes: {
                 [key: string]: components["schemas"]["AxisPlace"];
@@ -22057,6 +21848,8 @@ export interface components {
             /** Age Ms */
             age_ms: number;
         };
+        /** @enum {string} */
+        UnknownReason: "not_homed" | "homing" | "macro" | "automatic" | "no_conversion" | "not_known";
         /**
          * Unreadable
          * @description Why the state could not be learned.
@@ -24310,7 +24103,7 @@ export interface operations {
     getUnitPosition: {
         parameters: {
             query?: {
-                coordinates?: "user" | "motor";
+                coordinates?: components["schemas"]["CoordinateSystem"];
             };
             header?: never;
             path: {
@@ -25059,6 +24852,8 @@ export interface operations {
                 bodies?: string | null;
                 /** @description Only frames that this request has sent (X-Request-Id), and their answers. */
                 request_id?: string | null;
+                /** @description False leaves out what the gateway asks by itself (fences, probes, polls, set-up, live values), with the answers. */
+                polls?: boolean;
             };
             header?: never;
             path: {
@@ -27316,9 +27111,9 @@ export interface operations {
                 /** @description Distance of the move. */
                 distance: number;
                 /** @description Unit of the distance; pulses are whole. */
-                unit?: "pulse" | "mm" | "um" | "deg" | "mdeg";
+                unit?: components["schemas"]["LengthUnit"];
                 /** @description `low` runs at the start speed, without ramps. */
-                speed?: "high" | "low";
+                speed?: components["schemas"]["Speed"];
                 /** @description Number of moments, evenly spread. */
                 points?: number;
             };
