@@ -14,8 +14,8 @@ from starlette.responses import Response
 from api.common import schemas
 from api.common.calling import JSON, TEXT
 from api.common.documentation import place_of, words_of
-from api.common.etags import IF_MATCH
 from api.common.problems import MEDIA_TYPE
+from api.common.requests import IF_MATCH
 from api.common.responses import AGE_HEADER
 from gateway.door.names import NAMES
 from gateway.door.table import FAMILIES, Effect, Operation, Right
@@ -36,6 +36,13 @@ _KEY: Final = {
     "configuration. Browsers that have signed in need none.",
 }
 _AGE: Final = {"description": "How old the answer is, in milliseconds.", "schema": {"type": "number"}}
+_BOUND: Final = {
+    "name": IF_MATCH,
+    "in": "header",
+    "required": False,
+    "schema": {"type": "string"},
+    "description": "The ETag of what was read: where it is otherwise now, nothing is changed (412).",
+}
 Answers = dict[int | str, dict[str, Any]]
 
 
@@ -134,7 +141,7 @@ def _heeded(operation: Operation) -> dict[str, Any]:
     if operation.plain is not None and operation.request is not None:
         content = {JSON: {"schema": operation.request.model_json_schema()}}
         return {"requestBody": {"required": True, "content": content}}
-    return IF_MATCH if operation.expects else {}
+    return {"parameters": [_BOUND]} if operation.expects else {}
 
 
 def _answers(operation: Operation) -> dict[str, Any]:

@@ -2,19 +2,18 @@
 
 import asyncio
 import re
-from collections.abc import AsyncIterator, Awaitable, Callable, Mapping, Sequence
+from collections.abc import AsyncIterator, Awaitable, Callable, Coroutine, Mapping, Sequence
 from math import nan
-from typing import Final
+from typing import Any, Final
 
 from starlette.datastructures import QueryParams
 from starlette.requests import Request
 from starlette.responses import Response, StreamingResponse
-from starlette.websockets import WebSocket
+from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from api.common.calling import require_known
 from api.common.requests import plant_of
 from api.common.routes import SocketRoute
-from api.common.sockets import CLOSE_GOING_AWAY, CLOSE_SLOW_CONSUMER, refuse, tell
 from api.front.websocket_protocol import EVENTS, SINGLY, TOGETHER
 from gateway.door import traces
 from gateway.door.calls import aside
@@ -32,6 +31,11 @@ from gateway.door.table import Right
 from gateway.door.traces import MAX_TRACE_ENTRIES
 
 LAST_EVENT_ID: Final = "last-event-id"
+CLOSE_GOING_AWAY: Final = 1001
+CLOSE_SLOW_CONSUMER: Final = 4008
+CLOSE_INVALID: Final = 4400
+MAX_REASON_BYTES: Final = 123
+"""The reason of a close is no longer (RFC 6455, 5.5)."""
 _FLAGS: Final = {"true": True, "1": True, "false": False, "0": False}
 
 SUBPROTOCOLS = (TOGETHER, SINGLY)
@@ -95,9 +99,9 @@ async def follow_events(websocket: WebSocket) -> None:
         sample, snapshot = _rate(query.get("sample")), _flag(query, "snapshot")
         events = plant.events.subscribe(query.get("after"), *wanted, sample, snapshot=snapshot)
     except InvalidRequest as error:
-        await refuse(websocket, error)
+        await _refuse(websocket, error)
         return
-    await tell(websocket, _send(websocket, events))
+    await _tell(websocket, _send(websocket, events))
 
 
 async def _send(websocket: WebSocket, events: Subscription) -> None:
@@ -175,9 +179,9 @@ async def follow_trace_by_socket(websocket: WebSocket) -> None:
         after, last = _whole(query, "after"), _whole(query, "last") or 0
         news = traces.follow(plant, line_id, passing, after, min(last, MAX_TRACE_ENTRIES))
     except GatewayError as error:
-        await refuse(websocket, error)
+        await _refuse(websocket, error)
         return
-    await tell(websocket, _send_trace(websocket, news))
+    await _tell(websocket, _send_trace(websocket, news))
 
 
 async def _send_trace(websocket: WebSocket, news: AsyncIterator[traces.News | None]) -> None:
@@ -213,6 +217,36 @@ def _whole(query: Mapping[str, str], name: str) -> int | None:
     if not re.fullmatch("[0-9]{1,18}", text):
         raise InvalidRequest(f"{name}: {text!r} is no whole number from 0.", "Give one, or leave it out.")
     return int(text)
+
+
+async def _refuse(websocket: WebSocket, error: GatewayError) -> None:
+    """Close, because what was asked for is not there or not understood."""
+    await websocket.close(CLOSE_INVALID, error.detail.encode()[:MAX_REASON_BYTES].decode(errors="ignore"))
+
+
+async def _tell(websocket: WebSocket, telling: Coroutine[Any, Any, None]) -> None:
+    """Tell beside a task that listens, or a client that has gone would be noticed only at the next news."""
+    listener = asyncio.create_task(_listen(websocket), name="socket listener")
+    teller = asyncio.create_task(_until_it_leaves(telling), name="socket teller")
+    try:
+        await asyncio.wait((listener, teller), return_when=asyncio.FIRST_COMPLETED)
+    finally:
+        listener.cancel()
+        teller.cancel()
+        await asyncio.gather(listener, teller, return_exceptions=True)
+
+
+async def _listen(websocket: WebSocket) -> None:
+    message = await websocket.receive()
+    while message["type"] != "websocket.disconnect":
+        message = await websocket.receive()
+
+
+async def _until_it_leaves(telling: Coroutine[Any, Any, None]) -> None:
+    try:
+        await telling
+    except WebSocketDisconnect:
+        return
 
 
 ANSWERS: Final[Mapping[str, Callable[..., Awaitable[Response]]]] = {

@@ -13,10 +13,9 @@ from starlette.types import Receive, Scope, Send
 
 from api import by_hand, streams
 from api.common.calling import Call
-from api.common.etags import matching
 from api.common.idempotency import has_key
 from api.common.problems import path_of
-from api.common.requests import plant_of, wait_s
+from api.common.requests import matching, plant_of, wait_s
 from api.common.responses import response_of
 from api.common.routes import Guarded
 from gateway.door.calls import carry_out
@@ -30,7 +29,8 @@ LONGEST_KNOWN: Final = 100
 WAIT: Final = "wait"
 _ANY: Final = ""
 """Stands for a last word that is a parameter."""
-_BY_HAND: Final = {**by_hand.ANSWERS, **streams.ANSWERS}
+BY_HAND: Final = {**by_hand.ANSWERS, **streams.ANSWERS}
+"""Functions that answer instead of the door, by the names of operations."""
 
 
 class ServedRow(Guarded):
@@ -42,11 +42,6 @@ class ServedRow(Guarded):
         self.words = operation.path.split("/")
         self._named = [(at, word[1:-1]) for at, word in enumerate(self.words) if word.startswith("{")]
         self._fixed = [(at, word) for at, word in enumerate(self.words) if not word.startswith("{")]
-
-    @property
-    def is_by_hand(self) -> bool:
-        """True if a function of its own answers it."""
-        return self.operation.name in _BY_HAND
 
     @cached_property
     def call(self) -> Call:
@@ -67,7 +62,7 @@ class ServedRow(Guarded):
         """Do what is asked for, and tell what has come of it."""
         request = Request(scope, receive)
         values = await self.call.read(request)
-        answer = _BY_HAND.get(self.operation.name)
+        answer = BY_HAND.get(self.operation.name)
         response = await (answer(request, **values) if answer else self._carry_out(request, values))
         await response(scope, receive, send)
 

@@ -396,7 +396,7 @@ class _Server(uvicorn.Server):
 
 
 def _uvicorn_config(asgi: object, settings: Server, certificate: Certificate | None) -> uvicorn.Config:
-    from api.front.protocols import protocols
+    from api.front.http_protocol import protocols
 
     return uvicorn.Config(
         asgi,  # type: ignore[arg-type]  # FastAPI is an ASGI application; its stubs say so less exactly

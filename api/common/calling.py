@@ -109,7 +109,9 @@ class Call:
             require_known(request, self.query)
         if self._refuses_keys:
             require_no_key(request)
-        body = b"" if self.body is None else await read_body(request, self._most)
+        if self.body is None:
+            return self._values(request, NOTHING)
+        body = await read_body(request, self._most)
         content = await self._content(request, body)
         told = partial(self._values, request, content)
         return told() if len(body) <= INLINE_BYTES else await aside(told)

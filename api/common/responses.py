@@ -10,8 +10,8 @@ from starlette.responses import Response
 from starlette.types import Receive, Scope, Send
 
 from api.common.calling import JSON, TEXT
-from api.common.etags import header_of
 from api.common.problems import instance_of, wants_japanese
+from gateway.door.documents import tag_of
 from gateway.door.results import (
     BegunMoves,
     CommandReplies,
@@ -80,6 +80,16 @@ def response_of(request: Request, operation: Operation, result: Any, waited_s: f
         case BaseModel() if operation.named_only:
             return JsonResponse(result.model_dump_json(exclude_unset=True), headers=headers)
     return json_response(result, headers=headers)
+
+
+def etag_of(document: BaseModel) -> str:
+    """The strong tag of what a document says."""
+    return f'"{tag_of(document)}"'
+
+
+def header_of(document: BaseModel) -> dict[str, str]:
+    """The header with the tag of a document."""
+    return {"ETag": etag_of(document)}
 
 
 def _tag(operation: Operation, result: Any) -> Mapping[str, str]:

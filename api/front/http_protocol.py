@@ -380,3 +380,25 @@ class HttpProtocol(asyncio.Protocol):
     def _close(self) -> None:
         self.transport.close()
         self.flow.watch()
+
+
+DEFAULT = ConnectionLimits()
+
+
+def protocols(max_connections: int, bounds: ConnectionLimits = DEFAULT) -> type[HttpProtocol]:
+    """Make the protocol of one server, whose connections share one limit; it hands WebSockets over."""
+    entering = Turnstile()
+    shared = Intake(bounds, entering)
+
+    class WebSocket(WebSocketProtocol):
+        limits = bounds
+        intake = shared
+
+    class Http(HttpProtocol):
+        limits = bounds
+        connection_limit = ConnectionLimit(max_connections)
+        turnstile = entering
+        intake = shared
+        websocket = WebSocket
+
+    return Http

@@ -74,7 +74,7 @@ async def _serving(path: Path, port: int, speed: float) -> None:
 
     import uvicorn
 
-    from api.front.protocols import protocols
+    from api.front.http_protocol import protocols
     from recordings.form import opened
     from recordings.serving import Playback, ReplayApp
 

@@ -294,7 +294,7 @@ def operation(tag: str, verb: Verb, path: str, right: Right, run: Run, **told: A
         **told,
     }
     return Operation(
-        run=run,
+        run=run if told.get("http_only") is None else _by_http,
         name=in_camel_case(name),
         verb=verb,
         path=path,
@@ -308,6 +308,14 @@ def operation(tag: str, verb: Verb, path: str, right: Right, run: Run, **told: A
         request=None if request is None else request.annotation,
         **described,
     )
+
+
+async def _by_http(**_: object) -> None:
+    """Leave it to HTTP.
+
+    :raises TypeError: it was asked otherwise.
+    """
+    raise TypeError("HTTP alone serves this")
 
 
 def _is_data(annotation: type) -> bool:

@@ -128,7 +128,7 @@ class Outcomes(list[T]):
 
 def do_each(what: str, *deeds: Callable[[], T]) -> Outcomes[T]:
     """Do all of these: a fault in one keeps none of the others from it."""
-    done = Outcomes[T]()
+    done: Outcomes[T] = Outcomes()
     for deed in deeds:
         try:
             done.append(deed())

@@ -14,8 +14,7 @@ import uvloop
 from starlette.types import Receive, Scope, Send
 
 from api.front.connections import ConnectionLimits
-from api.front.http_protocol import HttpProtocol
-from api.front.protocols import protocols
+from api.front.http_protocol import HttpProtocol, protocols
 from api.front.websocket_protocol import EVENTS
 from gateway.core.events import EventHub
 

@@ -4,7 +4,8 @@ import pytest
 from pydantic import BaseModel
 from starlette.requests import Request
 
-from api.common.etags import etag_of, header_of, matching
+from api.common.requests import matching
+from api.common.responses import etag_of, header_of
 from gateway.core.errors import Outdated
 from gateway.door.documents import expectation
 from gateway.door.problems import problem_of

@@ -2,7 +2,7 @@
 
 import pytest
 
-from api.common.sockets import CLOSE_INVALID
+from api.streams import CLOSE_INVALID
 from tests.api.stand import RELATIVE, Stand, on_stand, socket
 
 
