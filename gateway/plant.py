@@ -359,7 +359,7 @@ class Plant:
         await do_in_turn(
             f"the end of line {line_id}",
             partial(self._unwatch, line_id),
-            *family.removing(line),
+            partial(family.removing, line),
             *(partial(extension.forget, line) for extension in self.packages.extensions),
             partial(asyncio.to_thread, self.history.recorders.pop(line_id).close),
         )
@@ -389,7 +389,7 @@ class Plant:
             *(work.close for work in self.works.all()),
             self._stop_looking,
             *unwatching,
-            *(deed for package in self.packages.registered for deed in package.closing()),
+            *(package.closing for package in self.packages.registered),
             *(partial(asyncio.to_thread, recorder.close) for recorder in self.history.recorders.values()),
             self.access.security.close,
         )

@@ -65,8 +65,7 @@ class WindDown:
             async with asyncio.timeout(self._patience_s) as self._limit:
                 await asyncio.gather(*(supervised(WHAT, package.at_rest) for package in self._registered))
         self._limit = None
-        letting_go = (deed for package in self._registered for deed in package.letting_go())
-        await do_in_turn(WHAT, self._name_what_moves, *letting_go)
+        await do_in_turn(WHAT, self._name_what_moves, *(package.letting_go for package in self._registered))
 
     def _end_motion(self, package: Registered) -> None:
         self._stops += package.end_motion(everything=self._on_exit == "stop")

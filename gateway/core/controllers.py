@@ -1,7 +1,7 @@
 """A family with one controller on each of its lines: all that such families do alike."""
 
 import asyncio
-from collections.abc import Awaitable, Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Awaitable, Collection, Iterator, Mapping, Sequence
 from functools import partial
 from typing import Any, ClassVar, Generic, Protocol, TypeVar
 
@@ -34,7 +34,7 @@ class Controller(Protocol):
     def moves_under_way(self) -> Sequence[str]:
         """The ids of its moves that are not over."""
 
-    def closing(self) -> Iterable[Deed]:
+    def closing(self) -> tuple[Deed, ...]:
         """Name what ends all its work, and closes the line."""
 
 
@@ -77,10 +77,10 @@ class Controllers(Family, Generic[C]):
         [found] = (controller for controller in self.every() if controller.line is line)
         return found
 
-    def removing(self, line: Any) -> Iterable[Deed]:
+    def removing(self, line: Any) -> tuple[Deed, ...]:
         """Name what closes a line, and forgets what is on it."""
         gone = self.on_line(line)
-        return *gone.closing(), partial(self._all.pop, gone.id, None)
+        return gone.closing, partial(self._all.pop, gone.id, None)
 
     def addresses(self) -> Iterator[str]:
         """Their ids."""
@@ -148,13 +148,13 @@ class Controllers(Family, Generic[C]):
                     self.kind, f"/{self.collections[0]}/{controller.id}", why, next(iter(moves), None)
                 )
 
-    def letting_go(self) -> Iterable[Deed]:
+    def letting_go(self) -> tuple[Deed, ...]:
         """Give the waiters for moves what is known now."""
         return (self.moves.let_go,)
 
-    def closing(self) -> Iterable[Deed]:
+    def closing(self) -> tuple[Deed, ...]:
         """End all work and close the lines."""
-        return *(deed for controller in self.every() for deed in controller.closing()), self.moves.close
+        return *(controller.closing for controller in self.every()), self.moves.close
 
 
 def _moves(controller: Controller) -> bool:

@@ -5,7 +5,7 @@ A family of them brings its rows, its line and what a status means; the moves, j
 
 import asyncio
 from abc import abstractmethod
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from datetime import UTC, datetime
 from functools import partial
@@ -222,7 +222,7 @@ class Drive(Target):
             if self.online and self.move is None:
                 await self.stands_still()
 
-    def closing(self) -> Iterable[Deed]:
+    def closing(self) -> tuple[Deed, ...]:
         """End its jogs and stops, and close the line."""
         return self.jogs.close, self.stops.close, self.line.close
 

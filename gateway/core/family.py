@@ -255,11 +255,11 @@ class Registered(ABC):
         """Wait for the stops of the end, and for refusals of moves."""
 
     @abstractmethod
-    def letting_go(self) -> Iterable[Deed]:
+    def letting_go(self) -> tuple[Deed, ...]:
         """Name what gives waiters for long work and moves what is known now; each may be done twice."""
 
     @abstractmethod
-    def closing(self) -> Iterable[Deed]:
+    def closing(self) -> tuple[Deed, ...]:
         """Name what ends all work and closes lines; the motors keep doing what they do.
 
         Each may be done twice.
@@ -301,7 +301,7 @@ class Family(Registered):
         """Build a line, and everything on it, as `table` of `line_table` says."""
 
     @abstractmethod
-    def removing(self, line: Any) -> Iterable[Deed]:
+    def removing(self, line: Any) -> tuple[Deed, ...]:
         """Name what closes one of its lines, and forgets everything on it but the records of its moves."""
 
     def link_of(self, line_id: str) -> Target:

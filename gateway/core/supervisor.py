@@ -139,13 +139,18 @@ def do_each(what: str, *deeds: Callable[[], T]) -> Outcomes[T]:
 
 
 async def do_in_turn(what: str, *deeds: Callable[[], object]) -> None:
-    """Do all of these, awaited or not, which may be done twice: after a fault each is done once more."""
+    """Do all of these, awaited or not, which may be done twice: after a fault each is done once more.
+
+    A deed that gives a tuple names others, which are done next.
+    """
     for deed in deeds:
         for _ in range(2):
             try:
                 done = deed()
                 if isawaitable(done):
                     await done
+                elif isinstance(done, tuple):
+                    await do_in_turn(what, *done)
             except Exception:
                 log.exception("%s has met a fault of the gateway itself", what)
             else:

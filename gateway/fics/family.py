@@ -1,6 +1,6 @@
 """Fics robots: all of a plant, each alone on its line, with their moves."""
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from functools import partial
 from typing import Annotated, Any, ClassVar, Final, Literal
 
@@ -267,6 +267,6 @@ class Fics(Robots):
                 async with robot.line.sequence_lock.held(Lane.STOP):
                     pass
 
-    def letting_go(self) -> Iterable[Deed]:
+    def letting_go(self) -> tuple[Deed, ...]:
         """End restores, and give the waiters for moves what is known now."""
         return self.restores.close, *super().letting_go()

@@ -1,7 +1,7 @@
 """A robot as the gateway sees it: composed of its units, what is asked of it, and what moves it."""
 
 import asyncio
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from functools import partial
 from typing import Any, Self
 
@@ -82,7 +82,7 @@ class Robot(AskedRobot):
         line.on_change = self._line_changed
         line.on_stray = self._note_stray
 
-    def closing(self) -> Iterable[Deed]:
+    def closing(self) -> tuple[Deed, ...]:
         """Stop what jogs, give up repeating stops, and close the line; moves run on in the robot."""
         return self.jogs.close, self.stops.close, self.line.close, self.conversation.close
 

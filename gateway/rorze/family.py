@@ -302,7 +302,7 @@ class Rorze(Family):
         body.power.on_memory = self.site.known.keep(body.address, body.power)
         self._bodies[body.address] = body
 
-    def removing(self, line: Line) -> Iterable[Deed]:
+    def removing(self, line: Line) -> tuple[Deed, ...]:
         """Close a line, and forget its bodies and groups."""
         return line.close, partial(self._forget, line)
 
@@ -680,12 +680,12 @@ class Rorze(Family):
                 move_id = None if body.move is None else body.move.id
                 yield MayMove("body", f"/bodies/{body.address}", why, move_id)
 
-    def letting_go(self) -> Iterable[Deed]:
+    def letting_go(self) -> tuple[Deed, ...]:
         """End long work, and give the waiters for moves what is known now."""
         works = (work.close for work in self.works().values())
         return self.scans.close, self.position_readings.close, *works, self.moves.let_go
 
-    def closing(self) -> Iterable[Deed]:
+    def closing(self) -> tuple[Deed, ...]:
         """End all work and close the lines."""
         lines = (line.close for line in self.lines.values())
         return self.jogs.close, self.stops.close, *lines, self.scans.close, self.moves.close

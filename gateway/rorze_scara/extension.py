@@ -1,6 +1,6 @@
 """SCARA robots made of RC-420 bodies, as the gateway knows of them; it names nothing else of this package."""
 
-from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from typing import Annotated, Any, ClassVar, Final, NoReturn
 
 from pydantic import Field
@@ -172,11 +172,11 @@ class Scaras(Extension):
         """Wait for refusals of moves."""
         await self.moves.begun()
 
-    def letting_go(self) -> Iterable[Deed]:
+    def letting_go(self) -> tuple[Deed, ...]:
         """Give the waiters for moves what is known now."""
         return (self.moves.let_go,)
 
-    def closing(self) -> Iterable[Deed]:
+    def closing(self) -> tuple[Deed, ...]:
         """Watch over nothing more; the lines are closed."""
         return (self.moves.close,)
 

@@ -1,7 +1,8 @@
 """The common part of families with one controller on each line."""
 
 import asyncio
-from collections.abc import Awaitable, Callable, Iterable
+from collections.abc import Awaitable, Callable
+from functools import partial
 from types import SimpleNamespace
 from typing import Any, ClassVar
 
@@ -41,7 +42,7 @@ class Thing:
 
         return noted
 
-    def closing(self) -> Iterable[Deed]:
+    def closing(self) -> tuple[Deed, ...]:
         return (self._noting("closed"),)
 
 
@@ -79,7 +80,7 @@ def test_one_is_found_by_its_id_and_by_its_line() -> None:
 async def test_one_whose_line_goes_is_closed_and_forgotten() -> None:
     a, b = Thing("a"), Thing("b")
     things = Things(a, b)
-    await do_in_turn("the end of a line", *things.removing(a.line))
+    await do_in_turn("the end of a line", partial(things.removing, a.line))
     assert (a.done, things.every()) == (["closed"], [b])
 
 
@@ -120,5 +121,5 @@ async def test_at_the_end_each_is_closed_though_another_meets_a_fault_and_then_t
     a, b = Thing("a"), Thing("b")
     a.closing = lambda: (fails,)  # type: ignore[method-assign]
     things = Things(a, b)
-    await do_in_turn("the end", *things.closing())
+    await do_in_turn("the end", things.closing)
     assert (b.done, a.done) == (["closed"], ["ended"])

@@ -117,6 +117,14 @@ async def test_what_is_waited_for_in_turn_is_done_twice_at_most() -> None:
     assert done == ["a", "b", "b", "c", "c", "d"]
 
 
+@in_virtual_time
+async def test_a_deed_names_others_which_are_done_before_those_that_follow() -> None:
+    done: list[str] = []
+    named = [partial(_fail, done, name, faults) for name, faults in ENDS.items()]
+    await do_in_turn("the end", lambda: tuple(named), lambda: done.append("last"))
+    assert done == ["a", "b", "b", "c", "c", "d", "last"]
+
+
 ENDS = {"a": 0, "b": 1, "c": 9, "d": 0}
 
 

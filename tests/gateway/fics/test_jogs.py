@@ -175,7 +175,7 @@ async def test_the_end_of_the_gateway_stops_what_jogs() -> None:
     async with fics_rig() as rig:
         await rig.move(HomeRobot())
         await rig.robot.jogs.start(1, "Z", "-")
-        await do_in_turn("the end of a robot", *rig.robot.closing())
+        await do_in_turn("the end of a robot", rig.robot.closing)
         assert rig.fics.job is None
 
 
