@@ -16,6 +16,8 @@ PARTS: Final = re.compile(r"^    parts: \{\n(.*?)^    \}", re.MULTILINE | re.DOT
 WORD: Final = re.compile(r'^      (\w+): "(?=[^"])', re.MULTILINE)
 
 PAGES: Final = sorted((CONSOLE / "src").rglob("*.svelte"))
+EXTENSIONS: Final = {folder.name for folder in (CONSOLE / "src" / "extensions").iterdir()}
+"""Each says itself what it is called, in both languages."""
 FULL_STOP: Final = re.compile(r".*\}\.(?:\s|<|\{|$)", re.MULTILINE)
 
 WEAKENINGS: Final = re.compile(r"^    weakenings: \{\n(.*?)^    \}", re.MULTILINE | re.DOTALL)
@@ -61,7 +63,7 @@ def test_every_part_of_an_events_type_has_a_word(language: str) -> None:
     found = PARTS.search((CONSOLE / "src" / "words" / f"{language}.ts").read_text("utf-8"))
     assert found
     needed = {part for name in EVENT_TYPES for part in name.split(".")}
-    assert needed <= set(WORD.findall(found[1]))
+    assert needed <= {*WORD.findall(found[1]), *EXTENSIONS}
 
 
 def test_a_page_leaves_the_end_of_a_sentence_to_its_language() -> None:
