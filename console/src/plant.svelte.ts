@@ -15,6 +15,7 @@ import {
   type Robot,
   type Schemas,
   type Target,
+  type Unit,
   epochs,
   gateway,
 } from "./gateway.ts";
@@ -130,6 +131,15 @@ class Plant {
 
   robot(address: string): Robot | undefined {
     return this.robots.find((robot) => robot.robot_id === address);
+  }
+
+  /** The unit at an address such as `r1/units/2`; the first one where it names only a robot. */
+  unitOf(address: string): { robot: Robot; of: Unit; address: string } | undefined {
+    const [id = "", ...others] = address.split("/");
+    const robot = this.robot(id);
+    const number = others.at(-1);
+    const of = robot?.units.find((it) => String(it.number) === number) ?? robot?.units[0];
+    return robot && of && { robot, of, address: `${id}/units/${of.number}` };
   }
 
   target(address: string): Target | undefined {

@@ -142,6 +142,12 @@ function placed(place: unknown): string {
   return typeof place === "number" ? String(place) : JSON.stringify(place).replaceAll("null", "?").replaceAll(/["{}]/g, "");
 }
 
+/** The rows of a table by the names in its first one, with commas or, as Excel writes them, semicolons. */
+export function rowsIn(csv: string): Record<string, string>[] {
+  const [head = [], ...rows] = csv.replace(/^\ufeff/, "").trim().split(/\r?\n/).map((row) => row.split(/[;,]/));
+  return rows.map((row) => Object.fromEntries(head.map((name, index) => [name, row[index] ?? ""])));
+}
+
 export function csvOf(rows: readonly (readonly string[])[]): string {
   return rows.map((row) => row.map((cell) => `"${cell.replaceAll('"', '""')}"`).join(",")).join("\r\n");
 }

@@ -34,7 +34,7 @@ def test_no_source_imports_itself_by_way_of_others() -> None:
 
 @pytest.mark.parametrize("extension", sorted(EXTENSIONS.iterdir()), ids=lambda folder: folder.name)
 def test_nothing_outside_its_folder_knows_an_extension(extension: Path) -> None:
-    """What `test_built` proves by taking the folder away."""
+    """`test_built` takes the folder away."""
     others = [file for file in sources() if extension not in file.parents]
     assert len(others) > 100
     named = [file.name for file in others if extension.name in file.read_text("utf-8").lower()]

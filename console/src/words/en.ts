@@ -514,6 +514,7 @@ export const en = {
     title: "Positions",
     name: "Name",
     upload: "Store from CSV",
+    noColumns: (names: string) => `The file has not the columns ${names}, or not a number in each.`,
     noTable: "The file has no columns number and pulse with whole numbers.",
     store: (number: number) => `Store ${number}`,
     storeShort: "Store",

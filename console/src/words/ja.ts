@@ -514,6 +514,7 @@ export const ja: typeof en = {
     title: "位置",
     name: "名前",
     upload: "CSV から登録",
+    noColumns: (names) => `ファイルに列 ${names} がないか、数値でないものがあります。`,
     noTable: "整数の number 列と pulse 列がファイルにありません。",
     store: (number) => `${number} を登録`,
     storeShort: "登録",
