@@ -156,7 +156,9 @@ def test_a_failed_move_is_explained_on_a_page_of_its_own(plant: Plant, open_cons
     console = open_console(plant.url, "#/events")
     console.page.get_by_role("link", name="Why?").first.click()
     expect(console.page.locator(".cause")).to_contain_text("EMS")
-    expect(console.page.get_by_label("What came when")).to_contain_text(re.compile("sent|received"))
+    course = console.page.get_by_label("What came when")
+    expect(course).to_contain_text(re.compile("sent|received"))
+    expect(course).to_contain_text("pulses running")  # what a status read back means
     link = console.page.url
     other = open_console(link.partition("/#")[0], f"#{link.partition('#')[2]}")
     expect(other.page.locator(".cause")).to_contain_text("EMS")
