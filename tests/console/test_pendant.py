@@ -141,6 +141,7 @@ def test_arrow_keys_jog_only_where_somebody_has_asked_for_that(plant: Plant, ope
     console.page.keyboard.up("ArrowRight")
     known = len(plant.gateway.get("/bodies/3F/moves")["moves"])
     console.button("← → jog").click()
+    expect(console.button("Jog +")).to_have_attribute("aria-disabled", "false")
     console.page.keyboard.down("ArrowRight")
     until(lambda: is_moving(plant), "it jogs")
     console.page.keyboard.up("ArrowRight")
@@ -158,7 +159,7 @@ def test_a_failed_move_is_explained_on_a_page_of_its_own(plant: Plant, open_cons
     expect(console.page.locator(".cause")).to_contain_text("EMS")
     course = console.page.get_by_label("What came when")
     expect(course).to_contain_text(re.compile("sent|received"))
-    expect(course).to_contain_text("pulses running")  # what a status read back means
+    expect(course).to_contain_text("get the controller status")
     link = console.page.url
     other = open_console(link.partition("/#")[0], f"#{link.partition('#')[2]}")
     expect(other.page.locator(".cause")).to_contain_text("EMS")
