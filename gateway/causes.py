@@ -11,7 +11,7 @@ from gateway.core.family import AnyLine, Registered
 from gateway.core.line_state import LineState
 from gateway.core.next_calls import ALARMS, LINE_STATE, READY, get, post
 from gateway.core.rights import Right
-from gateway.texts import entry, text
+from gateway.texts import Text, japanese, text
 
 AUDIT = get("/audit", "gateway.audit")
 EVENTS = get("/events", "gateway.events")
@@ -33,12 +33,8 @@ UNUSABLE = (LineState.DOWN, LineState.SILENT)
 
 
 def _facts_of_line(down: Facts) -> Facts:
-    """The reason in both languages, where it is one of ours; systems and devices have their own."""
-    ours = (text(f"phrases.line-down.{reason}") for reason in entry("en", "phrases.line-down"))
-    return {
-        **down,
-        "reason": next((reason for reason in ours if reason.en == down["reason"]), down["reason"]),
-    }
+    """The reason in both languages, where it is one of ours; systems have their own."""
+    return {**down, "reason": Text(down["reason"], japanese(down["reason"]))}
 
 
 def _facts_of_burst(burst: Facts) -> Facts:

@@ -2,6 +2,7 @@
 
 import type { Gateway } from "../../clients/typescript/src/gateway.ts";
 import { nameOf, obstacle, obstacleToMove } from "./actions.svelte.ts";
+import { extensions } from "./extensions.ts";
 import type { Deed, Schemas, Target } from "./gateway.ts";
 import { addressOf } from "./leases.svelte.ts";
 import { clockOf } from "./places.ts";
@@ -28,7 +29,7 @@ export interface Alarm {
   remedies: Remedy[];
 }
 
-const PAGES: Record<string, string> = { bodies: "axis", robots: "robot", scaras: "scara" };
+const PAGES: Record<string, string> = { bodies: "axis", robots: "robot" };
 
 type Told = Schemas["Alarm"];
 
@@ -87,7 +88,7 @@ export function resetting(list: Told[]): Deed {
 
 /** Names, where the gateway tells addresses. */
 function withNames(text: string): string {
-  const targets = [...plant.bodies, ...plant.robots, ...plant.scaras].filter(({ name }) => name);
+  const targets = [...plant.bodies, ...plant.robots, ...plant.made].filter(({ name }) => name);
   return targets.reduce((said, target) => said.replaceAll(whole(addressOf(target)), nameOf(target)), text);
 }
 
@@ -103,7 +104,7 @@ function wordsOf(alarm: Told, parts: readonly ("happened" | "motor" | "remedy")[
 
 function shown([alarm, ...others]: [Told, ...Told[]]): Alarm {
   const [, kind = "", who = ""] = alarm.subject.split("/");
-  const page = PAGES[kind];
+  const page = PAGES[kind] ?? extensions.find(({ collection }) => collection === kind)?.page;
   const target = plant.target(who);
   return {
     key: alarm.id,

@@ -15,20 +15,23 @@ export type Identity = Schemas["Identity"];
 export type Line = Schemas["LineInfo"] | Schemas["RobotLineInfo"];
 export type Robot = Schemas["RobotInfo"];
 export type Unit = Schemas["UnitInfo"];
-export type Scara = Schemas["ScaraInfo"];
-export type ScaraMove = Schemas["ScaraMove"];
-export type ScaraMoveRequest =
-  | Schemas["ScaraLineRequest"]
-  | Schemas["ScaraPathRequest"]
-  | Schemas["ScaraOffsetRequest"]
-  | Schemas["ScaraExtendRequest"]
-  | Schemas["ScaraRetractRequest"]
-  | Schemas["ScaraRotateRequest"]
-  | Schemas["ScaraFingerRequest"]
-  | Schemas["ScaraAlignRequest"];
-export type AnyMove = Schemas["Move"] | Schemas["RobotMove"] | ScaraMove;
+/** A thing that an extension makes of bodies. */
+export interface Made extends Pick<Body, "line_id" | "name" | "online" | "moving" | "homed" | "power_cycled" | "move_id"> {
+  address: string;
+  /** The page of its extension. */
+  page: string;
+  group_id: string;
+  /** The bodies that it is made of. */
+  members: readonly string[];
+}
+type MadeMove = Omit<Schemas["RobotMove"], "kind" | "robot_id" | "unit" | "units" | "coordinates" | "position" | "start_position" | "target_position" | "longest_s" | "completion"> & {
+  kind: string;
+  start: unknown;
+  target: unknown;
+};
+export type AnyMove = Schemas["Move"] | Schemas["RobotMove"] | MadeMove;
 /** What one steps up to and moves. */
-export type Target = Body | Robot | Scara;
+export type Target = Body | Robot | Made;
 /** Where the axes of a unit are, by their names. */
 export type Axes = Schemas["RobotPosition"]["axes"];
 export type Right = Identity["rights"][number];
@@ -73,8 +76,8 @@ export const epochs = new Map<string, number>();
 
 /** The epoch that this page has shown of what a request is for: a gateway that has taken the line over refuses it. */
 function epochOf(url: string): number | undefined {
-  const [, address = ""] = /\/(?:bodies|lines|robots|scaras)\/([^/?]+)/.exec(url) ?? [];
-  return epochs.get(decodeURIComponent(address)) ?? epochs.get(address.split(".")[0] ?? "");
+  const [, of = ""] = /^\/\w+\/([^/?]+)/.exec(url.slice(address.length)) ?? [];
+  return epochs.get(decodeURIComponent(of)) ?? epochs.get(of.split(".")[0] ?? "");
 }
 
 function speaking(request: Request): Request {

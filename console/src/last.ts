@@ -11,7 +11,7 @@ export function note(body_id: string): void {
 /** The body that a page is about: the one it names, else the one that was looked at last. */
 export function bodyOf(subject: string): string {
   if (subject) {
-    note(subject);
+    if (!subject.includes("/")) note(subject);
     return subject;
   }
   const kept = localStorage.getItem(KEPT) ?? "";

@@ -75,7 +75,7 @@ class Leases {
 }
 
 export function addressOf(target: Target): string {
-  if ("scara_id" in target) return target.scara_id;
+  if ("members" in target) return target.address;
   return "body_id" in target ? target.body_id : target.robot_id;
 }
 

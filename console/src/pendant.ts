@@ -1,4 +1,4 @@
-/** What a pendant needs of an axis, a robot's unit or a SCARA robot, whatever it is. */
+/** What a pendant needs of whatever is moved by hand. */
 
 import type { Deed } from "./gateway.ts";
 import type { Chosen } from "./speeds.svelte.ts";

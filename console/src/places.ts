@@ -39,7 +39,7 @@ export function progress(move: AnyMove | undefined, pulses: number | null): numb
 
 /** The same of a unit of a robot: of the axis that has the longest way. */
 export function progressOfUnit(move: AnyMove | undefined, axes: Axes | undefined): number | undefined {
-  if (!move || !axes || "group_id" in move || "scara_id" in move) return undefined;
+  if (!move || !axes || !("robot_id" in move)) return undefined;
   const { start_position: start, target_position: target } = move;
   const way = (name: string): number => Math.abs((target?.[name] ?? NaN) - (start?.[name] ?? NaN)) || 0;
   const [longest = ""] = Object.keys(axes).toSorted((one, other) => way(other) - way(one));

@@ -1,5 +1,6 @@
 /** What is known of the plant, and how old that is. Nothing here asks a controller anything. */
 
+import { extensionOf, extensions } from "./extensions.ts";
 import {
   type AnyMove,
   type Body,
@@ -8,12 +9,13 @@ import {
   type Group,
   type Identity,
   type Line,
+  type Made,
   NoAnswer,
   Refused,
   type Robot,
-  type Scara,
   type Schemas,
   type Target,
+  type Unit,
   epochs,
   gateway,
 } from "./gateway.ts";
@@ -37,16 +39,14 @@ const KEPT_EVENTS = 1000;
 const PAGE = 1000;
 const PAGES = 10;
 const ENDS = ["succeeded", "failed", "stopped", "lost", "unknown"];
-const MOVES_ENDED = ENDS.flatMap((end) => [`body.move.${end}`, `robot.move.${end}`, `scara.move.${end}`]).join(",");
 
-type Part = "bodies" | "lines" | "groups" | "robots" | "scaras" | "alarms" | "leases";
-const ALL: readonly Part[] = ["bodies", "lines", "groups", "robots", "scaras", "alarms", "leases"];
+type Part = "bodies" | "lines" | "groups" | "robots" | "made" | "alarms" | "leases";
+const ALL: readonly Part[] = ["bodies", "lines", "groups", "robots", "made", "alarms", "leases"];
 const CONCERNED: Record<string, readonly Part[]> = {
-  body: ["bodies", "scaras"],
+  body: ["bodies", "made"],
   line: ["lines"],
   group: ["groups"],
   robot: ["robots"],
-  scara: ["scaras"],
   alarm: ["alarms"],
 };
 
@@ -55,11 +55,12 @@ class Plant {
   bodies = $state.raw<Body[]>([]);
   groups = $state.raw<Group[]>([]);
   robots = $state.raw<Robot[]>([]);
-  scaras = $state.raw<Scara[]>([]);
+  /** What extensions make of bodies. */
+  made = $state.raw<Made[]>([]);
   /** The alarms that stand. */
   alarms = $state.raw<Schemas["Alarm"][]>([]);
   identity = $state.raw<Identity>();
-  /** The newest move of each body, unit and SCARA robot, by address. */
+  /** The newest move of each body, each unit and what is made of bodies, by address. */
   moves = $state.raw<Record<string, AnyMove>>({});
   /** The newest events, newest first. */
   events = $state.raw<Event[]>([]);
@@ -90,7 +91,7 @@ class Plant {
     lines: () => this.#readLines(),
     groups: async () => (this.groups = (await gateway.http.GET("/groups")).data?.groups ?? []),
     robots: async () => (this.robots = (await gateway.http.GET("/robots")).data?.robots ?? []),
-    scaras: () => this.#readScaras(),
+    made: async () => (this.made = (await Promise.all(extensions.map(({ read }) => listed(read)))).flat()),
     alarms: async () => (this.alarms = await standingAlarms()),
     leases: () => leases.read(),
   };
@@ -121,7 +122,7 @@ class Plant {
   /** The part of a query that asks for what this key may see. */
   mine(): { bodies?: string } {
     if (!this.identity?.scope) return {};
-    return { bodies: [...this.bodies, ...this.robots, ...this.scaras].map(addressOf).join(",") };
+    return { bodies: [...this.bodies, ...this.robots, ...this.made].map(addressOf).join(",") };
   }
 
   body(address: string): Body | undefined {
@@ -132,12 +133,17 @@ class Plant {
     return this.robots.find((robot) => robot.robot_id === address);
   }
 
-  scara(address: string): Scara | undefined {
-    return this.scaras.find((scara) => scara.scara_id === address);
+  /** The unit at an address such as `r1/units/2`; the first one where it names only a robot. */
+  unitOf(address: string): { robot: Robot; of: Unit; address: string } | undefined {
+    const [id = "", ...others] = address.split("/");
+    const robot = this.robot(id);
+    const number = others.at(-1);
+    const of = robot?.units.find((it) => String(it.number) === number) ?? robot?.units[0];
+    return robot && of && { robot, of, address: `${id}/units/${of.number}` };
   }
 
   target(address: string): Target | undefined {
-    return this.body(address) ?? this.robot(address) ?? this.scara(address);
+    return this.body(address) ?? this.robot(address) ?? this.made.find((it) => it.address === address);
   }
 
   line(id: string): Line | undefined {
@@ -204,18 +210,8 @@ class Plant {
   /** Whether a move is over, and its stream has not said so. */
   #missesAnEnd(): boolean {
     const units = this.robots.flatMap((robot) => robot.units.map((unit) => unit.move_id));
-    const current = new Set([...this.bodies, ...this.scaras].map((it) => it.move_id).concat(units));
+    const current = new Set([...this.bodies, ...this.made].map((it) => it.move_id).concat(units));
     return Object.values(this.moves).some((move) => move.ended_at === null && !current.has(move.id));
-  }
-
-  /** None are read of a gateway without the extension that they are. */
-  async #readScaras(): Promise<void> {
-    try {
-      this.scaras = (await gateway.http.GET("/scaras")).data?.scaras ?? [];
-    } catch (error) {
-      if (!(error instanceof Refused) || error.status !== 404) throw error;
-      this.scaras = [];
-    }
   }
 
   async #readLines(): Promise<void> {
@@ -223,7 +219,7 @@ class Plant {
     epochs.clear();
     for (const { line_id, owner } of this.lines) {
       if (!owner) continue;
-      const there = [...this.robots, ...this.scaras].filter((it) => it.line_id === line_id).map(addressOf);
+      const there = [...this.robots, ...this.made].filter((it) => it.line_id === line_id).map(addressOf);
       for (const address of [line_id, ...there]) epochs.set(address, owner.epoch);
     }
   }
@@ -246,7 +242,7 @@ class Plant {
     this.#knowsEnds = true;
     let after: string | undefined;
     for (let page = 0; page < PAGES; page++) {
-      const query = { ...this.mine(), types: MOVES_ENDED, limit: PAGE, after };
+      const query = { ...this.mine(), types: endsOfMoves(), limit: PAGE, after };
       const { data } = await gateway.http.GET("/events", { params: { query } });
       for (const event of data?.events ?? []) this.#note(moveOf(event));
       if (!data || data.events.length < PAGE) return;
@@ -271,12 +267,9 @@ class Plant {
       const { data } = await http.GET("/robots/{robot_id}/units/{unit}/moves/{move_id}", { params: { path } });
       this.#note(data);
     }
-    for (const { scara_id, move_id: current } of this.scaras) {
-      const move_id = this.#unread(scara_id, current);
-      if (!move_id) continue;
-      const path = { scara_id, move_id };
-      const { data } = await http.GET("/scaras/{scara_id}/moves/{move_id}", { params: { path } });
-      this.#note(data);
+    for (const { address, page, move_id: current } of this.made) {
+      const move_id = this.#unread(address, current);
+      if (move_id) this.#note(await extensionOf(page)?.readMove(address, move_id));
     }
   }
 
@@ -316,7 +309,23 @@ class Plant {
 /** What an event may have changed. */
 function concernedBy(type: string): readonly Part[] {
   const [family = "", what] = type.split(".");
-  return what === "lease" ? ["leases"] : (CONCERNED[family] ?? ALL);
+  if (what === "lease") return ["leases"];
+  return CONCERNED[family] ?? (extensionOf(family) ? ["made"] : ALL);
+}
+
+function endsOfMoves(): string {
+  const whose = ["body", "robot", ...extensions.map(({ page }) => page)];
+  return whose.flatMap((of) => ENDS.map((end) => `${of}.move.${end}`)).join(",");
+}
+
+/** What an extension lists; nothing of a gateway that does not have it. */
+async function listed(read: () => Promise<Made[]>): Promise<Made[]> {
+  try {
+    return await read();
+  } catch (error) {
+    if (error instanceof Refused && error.status === 404) return [];
+    throw error;
+  }
 }
 
 async function standingAlarms(): Promise<Schemas["Alarm"][]> {

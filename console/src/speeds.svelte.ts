@@ -1,12 +1,12 @@
 /** How fast an axis is moved by hand: slowly at first, and then as it was chosen last on this computer. */
 
-import type { Body, Scara, Schemas } from "./gateway.ts";
+import type { Body, Schemas } from "./gateway.ts";
 
 type Rate = Schemas["Rate"];
 type Unit = Rate["unit"];
 
 const KEPT = "motion-gateway.speed.";
-const LENGTHS = [0.5, 1, 5, 20, 100, 500];
+export const LENGTHS = [0.5, 1, 5, 20, 100, 500];
 const FINE = LENGTHS.map((value) => value * 1000);
 const CHOICES: Record<Unit, readonly number[]> = {
   "pulse/s": [50, 100, 500, 2000, 10_000, 50_000],
@@ -66,11 +66,6 @@ export function rateUnit(body: Body): Unit {
 export function speedOf(body: Body): Chosen {
   const unit = rateUnit(body);
   return new Chosen(body.body_id, unit, CHOICES[unit]);
-}
-
-/** How fast the finger of a SCARA robot goes along its way, or its axes turn where each turns alone. */
-export function scaraSpeedOf(scara: Scara, unit: "mm/s" | "deg/s"): Chosen {
-  return new Chosen(scara.scara_id, unit, LENGTHS);
 }
 
 /** The same of a unit of a robot, in percent of its full speed. */

@@ -1,6 +1,7 @@
 /** What somebody who helps from afar needs to see, as far as who asks may see it. */
 
 import type { Gateway } from "../../clients/typescript/src/gateway.ts";
+import { extensions } from "./extensions.ts";
 import { type Deed, GatewayError } from "./gateway.ts";
 import { plant } from "./plant.svelte.ts";
 
@@ -18,12 +19,12 @@ export const gather: Deed = async (gateway) => {
     lines: () => http.GET("/lines"),
     bodies: () => http.GET("/bodies"),
     groups: () => http.GET("/groups"),
-    scaras: () => http.GET("/scaras"),
     robots: () => http.GET("/robots"),
     alarms: () => http.GET("/alarms"),
     deeds: () => http.GET("/audit", { params: { query: { limit: DEEDS } } }),
     events: () => lastEvents(gateway),
   };
+  for (const { collection, read } of extensions) asked[collection] = async () => ({ data: await read() });
   for (const { line_id } of plant.lines) {
     const params = { path: { line_id }, query: { limit: FRAMES } };
     asked[`trace of ${line_id}`] = () => http.GET("/lines/{line_id}/trace", { params });

@@ -1,5 +1,6 @@
 /** Events in words, and as lines of a table. */
 
+import { extensionOf } from "./extensions.ts";
 import { type AnyMove, type Body, type Event, type Schemas, isOwn } from "./gateway.ts";
 import { shown } from "./places.ts";
 import { language, named, translated, words } from "./words/index.svelte.ts";
@@ -8,7 +9,7 @@ import { language, named, translated, words } from "./words/index.svelte.ts";
 export function nameOfEvent(type: string): string {
   const [about = "", ...what] = type.split(".");
   const { parts } = words().events;
-  return `${named(parts, about)}: ${what.map((part) => named(parts, part)).join(language.now === "ja" ? "、" : ", ")}`;
+  return `${extensionOf(about)?.name[language.now] ?? named(parts, about)}: ${what.map((part) => named(parts, part)).join(language.now === "ja" ? "、" : ", ")}`;
 }
 
 /** What has gone wrong with what is named beside it: `body.ems_error` is "EMS". */
@@ -20,7 +21,7 @@ export function nameOfCause(cause: string): string {
 
 /** What it is about, as an address. */
 export function addressOf({ subject }: Event): string {
-  return subject.replace(/^\/(bodies|robots|scaras|groups|lines)\//, "").replace(/^\//, "");
+  return subject.replace(/^\/(\w+\/(?=.))?/, "");
 }
 
 /** Members that tell a program more than a person: ids and times. The type and the row have what counts. */
@@ -125,7 +126,7 @@ function saidByAlarm(alarm: Schemas["Alarm"]): string {
 
 function saidByMove(move: AnyMove): string {
   const { moveKinds } = words();
-  const places = "scara_id" in move ? [move.start, move.target] : [move.start_position, move.target_position];
+  const places = "start" in move ? [move.start, move.target] : [move.start_position, move.target_position];
   const way = places.some(isKnown) ? places.map(placed).join(" → ") + (places.some(Number.isFinite) ? " pulse" : "") : "";
   const end = move.end_cause && move.end_cause !== "normal" ? move.end_cause : "";
   return [named(moveKinds, move.kind), way, end, translated(move.error?.detail ?? "")].filter(Boolean).join(", ");
@@ -139,6 +140,12 @@ function isKnown(place: unknown): boolean {
 function placed(place: unknown): string {
   if (!isKnown(place)) return "?";
   return typeof place === "number" ? String(place) : JSON.stringify(place).replaceAll("null", "?").replaceAll(/["{}]/g, "");
+}
+
+/** The rows of a table by the names in its first one, with commas or, as Excel writes them, semicolons. */
+export function rowsIn(csv: string): Record<string, string>[] {
+  const [head = [], ...rows] = csv.replace(/^\ufeff/, "").trim().split(/\r?\n/).map((row) => row.split(/[;,]/));
+  return rows.map((row) => Object.fromEntries(head.map((name, index) => [name, row[index] ?? ""])));
 }
 
 export function csvOf(rows: readonly (readonly string[])[]): string {

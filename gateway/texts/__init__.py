@@ -4,6 +4,7 @@ A translator edits these alone, and those of extensions, in their packages. A ke
 `alarms.body.offline.remedy`; braces name the facts that are filled in.
 """
 
+import re
 import tomllib
 from collections.abc import Mapping
 from functools import cache, reduce
@@ -59,6 +60,21 @@ def has(key: str) -> bool:
     except (KeyError, TypeError):
         return False
     return True
+
+
+def japanese(sentence: str) -> str:
+    """Say in Japanese a sentence of `sentences.ja.toml`, with what its braces name; another as it is."""
+    for form, names, told in _forms():
+        if found := form.fullmatch(sentence):
+            return told.format_map(dict(zip(names, map(japanese, found.groups()), strict=True)))
+    return sentence
+
+
+@cache
+def _forms() -> list[tuple[re.Pattern[str], list[str], str]]:
+    """Each sentence with anything where its braces are, the names in them, and the Japanese."""
+    split = ((re.split(r"\{(\w+)\}", english), told) for english, told in catalogue("sentences.ja").items())
+    return [(re.compile("(.*?)".join(map(re.escape, it[::2]))), it[1::2], told) for it, told in split]
 
 
 @cache

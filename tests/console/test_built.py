@@ -2,6 +2,7 @@
 
 import gzip
 import os
+import shutil
 import subprocess
 from pathlib import Path
 
@@ -12,14 +13,15 @@ from tests.console.console import CONSOLE, ROOT, require_packages
 pytestmark = pytest.mark.prove
 
 BUILT = ROOT / "api" / "console" / "built"
+CLIENT = ROOT / "clients" / "typescript" / "src"
 MOST_BYTES = 250_000
 """Size of all files, compressed, in bytes."""
 
 
-def run(script: str, *arguments: str) -> None:
+def run(script: str, *arguments: str, where: Path = CONSOLE) -> None:
     done = subprocess.run(  # noqa: S603
         [require_packages(), CONSOLE / "node_modules" / script, *arguments],
-        cwd=CONSOLE,
+        cwd=where,
         env={**os.environ, "NODE_ENV": "production"},
         capture_output=True,
         text=True,
@@ -45,3 +47,19 @@ def test_the_pages_are_light_enough_for_a_slow_network() -> None:
 
 def test_the_sources_are_typed_and_accessible() -> None:
     run("svelte-check/bin/svelte-check", "--fail-on-warnings")
+
+
+EXTENSIONS = sorted(folder.name for folder in (CONSOLE / "src" / "extensions").iterdir())
+
+
+@pytest.mark.parametrize("extension", EXTENSIONS)
+def test_without_the_folder_of_an_extension_there_is_a_console(tmp_path: Path, extension: str) -> None:
+    copy = tmp_path / "console"
+    shutil.copytree(CONSOLE, copy, ignore=shutil.ignore_patterns("node_modules", extension))
+    (copy / "node_modules").symlink_to(CONSOLE / "node_modules")
+    shutil.copytree(CLIENT, tmp_path / "clients" / "typescript" / "src")
+    run("svelte-check/bin/svelte-check", "--fail-on-warnings", where=copy)
+    run("vite/bin/vite.js", "build", "--outDir", str(tmp_path / "built"), "--emptyOutDir", where=copy)
+    made = files_in(tmp_path / "built")
+    assert "index.html" in made
+    assert [name for name, content in made.items() if extension.encode() in content.lower()] == []

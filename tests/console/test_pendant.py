@@ -3,6 +3,7 @@
 import re
 from collections.abc import Callable
 
+import httpx
 import pytest
 from playwright.sync_api import Browser, ViewportSize, expect
 
@@ -19,6 +20,8 @@ LEAST_PX = 40
 PAGES = (
     *("#/plant", "#/axis/line1.3F", "#/robot/r1", "#/scara/wafer", "#/events", "#/pendant/r1/1"),
     *("#/wire/line1", "#/system", "#/shift", "#/recordings", "#/commission/line1"),
+    *("#/positions/line1.3F", "#/positions/r1/units/2", "#/motion/line1.3F", "#/program/line1.3F"),
+    *("#/settings/line1.3F", "#/settings/r1/units/1", "#/pendant/wafer", "#/axis/line1.10"),
 )
 TOO_SMALL = """(least) => [...document.querySelectorAll("button, a, input, select, summary")]
     .filter((it) => it.checkVisibility()).map((it) => [it, it.getBoundingClientRect()])
@@ -28,6 +31,11 @@ SIDEWAYS = """() => [...document.querySelectorAll("*")]
     .filter((it) => it.checkVisibility() && ["auto", "scroll"].includes(getComputedStyle(it).overflowX))
     .filter((it) => it.scrollWidth > it.clientWidth + 1 && it.querySelector("button, input, select"))
     .map((it) => it.className)"""
+
+
+FILLED = """() => [...document.querySelectorAll(".primary:not([aria-disabled='true'])")]
+    .filter((it) => it.checkVisibility()).map((it) => it.textContent)"""
+SETTLED_MS = 500
 
 
 @pytest.mark.parametrize("size", [PHONE, TABLET], ids=["phone", "tablet"])
@@ -43,6 +51,18 @@ def test_a_thumb_reaches_everything(demo: str, open_console: Open, language: str
         assert header["height"] <= HEADER_PX, path
         assert console.page.evaluate(TOO_SMALL, LEAST_PX) == [], path
         assert console.page.evaluate(SIDEWAYS) == [], path
+
+
+@pytest.mark.parametrize("path", PAGES)
+def test_a_page_has_one_filled_button_at_most_and_never_home(
+    demo: str, open_console: Open, path: str
+) -> None:
+    console = open_console(demo, path)
+    expect(console.page.get_by_role("heading", level=1)).to_be_visible()
+    console.page.wait_for_timeout(SETTLED_MS)
+    filled = console.page.evaluate(FILLED)
+    assert len(filled) <= 1, filled
+    assert "Home" not in filled
 
 
 def test_a_code_makes_a_phone_the_pendant_of_one_axis_once(
@@ -121,6 +141,7 @@ def test_arrow_keys_jog_only_where_somebody_has_asked_for_that(plant: Plant, ope
     console.page.keyboard.up("ArrowRight")
     known = len(plant.gateway.get("/bodies/3F/moves")["moves"])
     console.button("← → jog").click()
+    expect(console.button("Jog +")).to_have_attribute("aria-disabled", "false")
     console.page.keyboard.down("ArrowRight")
     until(lambda: is_moving(plant), "it jogs")
     console.page.keyboard.up("ArrowRight")
@@ -136,9 +157,37 @@ def test_a_failed_move_is_explained_on_a_page_of_its_own(plant: Plant, open_cons
     console = open_console(plant.url, "#/events")
     console.page.get_by_role("link", name="Why?").first.click()
     expect(console.page.locator(".cause")).to_contain_text("EMS")
-    expect(console.page.get_by_label("What came when")).to_contain_text(re.compile("sent|received"))
+    course = console.page.get_by_label("What came when")
+    expect(course).to_contain_text(re.compile("sent|received"))
+    expect(course).to_contain_text("get the controller status")
     link = console.page.url
     other = open_console(link.partition("/#")[0], f"#{link.partition('#')[2]}")
     expect(other.page.locator(".cause")).to_contain_text("EMS")
     clear = other.page.get_by_role("button", name="Clear its error status (9CS)", exact=True)
     expect(clear.first).to_be_visible()
+
+
+def test_positions_of_a_robots_unit_stand_on_the_page_of_positions(demo: str, open_console: Open) -> None:
+    httpx.post(
+        f"{demo}/robots/r1/units/1/moves?wait=60", json={"kind": "home"}, timeout=90
+    ).raise_for_status()
+    console = open_console(demo, "#/positions")
+    console.page.get_by_label("Body").select_option("r1/units/1")
+    expect(console.page.get_by_role("heading", level=1)).to_contain_text("Unit 1")
+    table = {
+        "name": "r.csv",
+        "mimeType": "text/csv",
+        "buffer": b"number,X mm,Y mm,Z mm\r\n7,1,2,3\r\n9,4,5,6\r\n",
+    }
+    console.page.locator("input[type=file]").set_input_files([table])
+    row = console.page.get_by_role("row", name="7")
+    expect(row).to_contain_text("2")
+    table["buffer"] = b"number,X mm\r\n7,none\r\n"
+    console.page.locator("input[type=file]").set_input_files([table])
+    console.shows("The file has not the columns number, X mm, Y mm, Z mm, or not a number in each.")
+    table["buffer"] = b"number,X mm,Y mm,Z mm\r\n7,8,8,8\r\n9,8,8,8\r\n"
+    console.page.locator("input[type=file]").set_input_files([table])
+    expect(row).to_contain_text("8")
+    console.button("Put 2 positions back").click()
+    expect(row).to_contain_text("3")
+    expect(row).not_to_contain_text("8")

@@ -25,6 +25,9 @@ def held_up(plant: Plant) -> Iterator[Plant]:
     until(lambda: plant.gateway.http.get("/readyz").is_success, "the gateway is ready again")
 
 
+AFTER_A_DOUBLE_CLICK_MS = 600
+
+
 def moves_of(plant: Plant) -> int:
     return len(plant.gateway.http.get("/bodies/3F/moves").json()["moves"])
 
@@ -39,6 +42,9 @@ def test_a_second_click_before_the_answer_is_told_as_not_done(plant: Plant, open
     step = console.button("Step +100 pulse")
     expect(step).to_have_attribute("aria-disabled", "false")
     step.dblclick()
+    console.page.wait_for_timeout(AFTER_A_DOUBLE_CLICK_MS)
+    expect(console.page.locator(".notices .bad")).to_have_count(0)
+    step.click()
     console.shows("It is being done already: wait for its answer.")
     assert len(asked) == 1
     begun = moves_of(plant)

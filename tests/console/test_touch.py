@@ -68,6 +68,24 @@ def test_a_jog_ends_when_the_finger_leaves_the_button(
     expect(console.page.locator(".notices .bad")).to_have_count(0)
 
 
+def test_a_jog_that_is_over_says_so_while_the_finger_still_holds(plant: Plant, open_console: Open) -> None:
+    console = open_console(plant.url, "#/axis/line1.3F", tablet=True)
+    over = {
+        "type": "urn:motion-gateway:jog-over",
+        "title": "Over",
+        "status": 409,
+        "detail": "The JOG is over.",
+    }
+    console.page.route("**/heartbeat", lambda route: route.fulfill(status=409, json=over))
+    expect(console.button("Jog +")).to_have_attribute("aria-disabled", "false")
+    finger = Finger(console, "Jog +")
+    finger.press()
+    console.shows("The JOG is over.")
+    expect(console.page.locator(".held")).to_have_count(0)
+    until(lambda: not is_moving(plant), "the motor stands still")
+    finger.lift()
+
+
 def test_no_page_is_wider_than_a_tablet(plant: Plant, open_console: Open) -> None:
     console = open_console(plant.url, tablet=True)
     for path in PAGES:

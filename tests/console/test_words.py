@@ -10,12 +10,19 @@ from gateway.access.posture import weakened
 from gateway.config import parse
 from gateway.event_types import EVENT_TYPES
 from gateway.rorze.program_runs import END_CAUSES
+from gateway.texts import catalogue
 from tests.console.console import CONSOLE
 
 PARTS: Final = re.compile(r"^    parts: \{\n(.*?)^    \}", re.MULTILINE | re.DOTALL)
 WORD: Final = re.compile(r'^      (\w+): "(?=[^"])', re.MULTILINE)
 
+PLUMBING: Final = re.compile(r"^(id|.*_id|.*_at)$")
+"""As in `told.ts`."""
+IN_SENTENCES: Final = {"event_cursor", "remedy_en", "raised_at", "en"}
+
 PAGES: Final = sorted((CONSOLE / "src").rglob("*.svelte"))
+EXTENSIONS: Final = {folder.name for folder in (CONSOLE / "src" / "extensions").iterdir()}
+"""Each says itself what it is called, in both languages."""
 FULL_STOP: Final = re.compile(r".*\}\.(?:\s|<|\{|$)", re.MULTILINE)
 
 WEAKENINGS: Final = re.compile(r"^    weakenings: \{\n(.*?)^    \}", re.MULTILINE | re.DOTALL)
@@ -61,7 +68,15 @@ def test_every_part_of_an_events_type_has_a_word(language: str) -> None:
     found = PARTS.search((CONSOLE / "src" / "words" / f"{language}.ts").read_text("utf-8"))
     assert found
     needed = {part for name in EVENT_TYPES for part in name.split(".")}
-    assert needed <= set(WORD.findall(found[1]))
+    assert needed <= {*WORD.findall(found[1]), *EXTENSIONS}
+
+
+def test_every_member_of_an_event_that_a_page_shows_has_a_word_in_japanese() -> None:
+    """Those of moves and alarms are told in sentences."""
+    datas = [set(event.data.model_fields) for event in EVENT_TYPES.values()]
+    told = {name for names in datas if not names & IN_SENTENCES for name in names if not PLUMBING.match(name)}
+    assert len(told) > 80
+    assert {name for name in told if len(name) > 1} - catalogue("sentences.ja").keys() == set()
 
 
 def test_a_page_leaves_the_end_of_a_sentence_to_its_language() -> None:

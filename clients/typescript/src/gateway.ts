@@ -176,7 +176,8 @@ export class Gateway {
   /**
    * Jog a body, or an axis of a robot, while `during` runs, with the heartbeats that keep it moving.
    *
-   * It stops when `during` ends, and within half a second when the program or its connection dies.
+   * It stops when `during` ends, and within half a second when the program or its connection dies. A JOG that
+   * is over is told at once, whatever `during` still does.
    */
   async jog<T>(
     address: string,
@@ -187,7 +188,10 @@ export class Gateway {
     const session = (await this.#post(path, jog)) as JogSession | BodyJog;
     const here = `${path}/${session.id}`;
     const end = (): Promise<void> => this.#endJog(here, address);
-    return this.#kept(`${here}/heartbeat`, session.heartbeat_within_ms, () => during(session), end);
+    let refused: (refusal: unknown) => void = () => undefined;
+    const over = new Promise<never>((_, reject) => (refused = reject));
+    const run = (): Promise<T> => Promise.race([during(session), over]);
+    return this.#kept(`${here}/heartbeat`, session.heartbeat_within_ms, run, end, refused);
   }
 
   /**
@@ -287,11 +291,20 @@ export class Gateway {
   }
 
   /** Post to a path often enough while something runs; throws after it what was refused. */
-  async #kept<T>(path: string, withinMs: number, run: () => Promise<T>, end: () => Promise<void>): Promise<T> {
+  /** Keep something alive while `run` runs; the first refusal is told at once, and thrown in the end. */
+  async #kept<T>(
+    path: string,
+    withinMs: number,
+    run: () => Promise<T>,
+    end: () => Promise<void>,
+    refused: (refusal: unknown) => void = () => undefined,
+  ): Promise<T> {
     let refusal: unknown;
     const beat = (): void => {
       this.#post(path).catch((error: unknown) => {
-        if (!(error instanceof NoAnswer)) refusal ??= error;
+        if (error instanceof NoAnswer) return;
+        refusal ??= error;
+        refused(error);
       });
     };
     const beating = setInterval(beat, withinMs / BEATS);

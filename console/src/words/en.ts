@@ -8,7 +8,6 @@ export const en = {
     plant: "Plant",
     axis: "Axis",
     robot: "Robot",
-    scara: "SCARA robot",
     pendant: "Pendant",
     why: "Why?",
     shift: "Shift",
@@ -493,36 +492,6 @@ export const en = {
     } as Record<string, string>,
   },
 
-  scara: {
-    turnSpeed: "Speed of turns",
-    tapToGo: "Tap in the view to plan a way there. Nothing moves before Move.",
-    noScara: (id: string) => `There is no SCARA robot ${id}.`,
-    place: "Where the finger ends",
-    angle: "Direction",
-    view: "The arm from above",
-    plan: "Plan",
-    extend: "out",
-    retract: "in",
-    kinds: {
-      line: "straight to a place",
-      offset: "straight by an amount",
-      extend: "extend",
-      retract: "retract",
-      rotate: "turn about a point",
-      finger: "turn the finger",
-      align: "align with a place",
-      path: "along a stored path",
-    },
-    entries: {
-      x: "X",
-      y: "Y",
-      angle: "Direction",
-      radius: "Radius",
-      distance: "Distance",
-      path: "Path",
-    },
-  },
-
   pendant: {
     title: "Teach pendant",
     note: "A phone that reads the code becomes the pendant of one thing, with your role, and may administer nothing. It works once, within a minute; the session stands in the list below and can be ended there.",
@@ -533,7 +502,6 @@ export const en = {
     open: "Open it here",
     leave: "Leave",
     teach: "Teach here as",
-    shortWays: "X and Y go in short ways, one after the other, while the key is held.",
   },
 
   positions: {
@@ -546,6 +514,7 @@ export const en = {
     title: "Positions",
     name: "Name",
     upload: "Store from CSV",
+    noColumns: (names: string) => `The file has not the columns ${names}, or not a number in each.`,
     noTable: "The file has no columns number and pulse with whole numbers.",
     store: (number: number) => `Store ${number}`,
     storeShort: "Store",
@@ -722,7 +691,6 @@ export const en = {
       position_upload: "upload of positions",
       body: "body",
       robot: "robot",
-      scara: "SCARA robot",
       line: "line",
       group: "group",
       gateway: "gateway",

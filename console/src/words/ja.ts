@@ -10,7 +10,6 @@ export const ja: typeof en = {
     plant: "設備",
     axis: "軸",
     robot: "ロボット",
-    scara: "スカラロボット",
     pendant: "ペンダント",
     why: "原因",
     shift: "シフト",
@@ -493,36 +492,6 @@ export const ja: typeof en = {
     },
   },
 
-  scara: {
-    turnSpeed: "回転速度",
-    tapToGo: "図をタップすると経路を計画します。「移動」を押すまで動きません。",
-    noScara: (id) => `スカラロボット ${id} はありません。`,
-    place: "フィンガ先端の位置",
-    angle: "向き",
-    view: "上から見たアーム",
-    plan: "計算だけ",
-    extend: "伸",
-    retract: "縮",
-    kinds: {
-      line: "指定位置へ直線",
-      offset: "指定量だけ直線",
-      extend: "伸ばす",
-      retract: "縮める",
-      rotate: "点を中心に回す",
-      finger: "フィンガだけ回す",
-      align: "位置の方向に向ける",
-      path: "登録した経路",
-    },
-    entries: {
-      x: "X",
-      y: "Y",
-      angle: "向き",
-      radius: "半径",
-      distance: "距離",
-      path: "経路番号",
-    },
-  },
-
   pendant: {
     title: "ティーチペンダント",
     note: "コードを読み取ったスマートフォンは、選んだ対象だけのペンダントになります。役割はあなたと同じで、管理はできません。コードは1回、1分以内だけ使えます。セッションは下の一覧に出て、そこで終了できます。",
@@ -533,7 +502,6 @@ export const ja: typeof en = {
     open: "ここで開く",
     leave: "閉じる",
     teach: "現在位置を登録",
-    shortWays: "X と Y は、キーを押している間、短い動作を続けて行います。",
   },
 
   positions: {
@@ -546,6 +514,7 @@ export const ja: typeof en = {
     title: "位置",
     name: "名前",
     upload: "CSV から登録",
+    noColumns: (names) => `ファイルに列 ${names} がないか、数値でないものがあります。`,
     noTable: "整数の number 列と pulse 列がファイルにありません。",
     store: (number) => `${number} を登録`,
     storeShort: "登録",
@@ -722,7 +691,6 @@ export const ja: typeof en = {
       position_upload: "位置の書き込み",
       body: "ボディ",
       robot: "ロボット",
-      scara: "スカラロボット",
       line: "回線",
       group: "グループ",
       gateway: "ゲートウェイ",

@@ -10,10 +10,11 @@ from gateway.door.catalogue import list_translations
 from gateway.rorze.move_proof import CAUSES
 from gateway.rorze.settings import unavailable_in
 from gateway.rorze.settings_table import SETTINGS
-from gateway.texts import catalogue, entry
+from gateway.texts import catalogue, entry, japanese
 from protocols.fics.commands import ROWS
 from protocols.rorze.commands import COMMANDS
 from protocols.rorze.row import MODE_NAMES
+from transports import TransportLost, TransportUnavailable, create
 
 HINTS = {
     it["description"]
@@ -47,3 +48,30 @@ def test_each_has_one_in_japanese(sentences: set[str]) -> None:
 
 def test_all_of_them_are_given_to_clients() -> None:
     assert asyncio.run(list_translations()).ja == catalogue("sentences.ja")
+
+
+class Nobody:
+    """A receiver that nothing comes to."""
+
+    def data_received(self, data: bytes) -> None:
+        raise AssertionError(data)
+
+    def connection_lost(self, error: TransportLost) -> None:
+        raise AssertionError(error)
+
+
+@pytest.mark.parametrize(
+    "address",
+    ["serial:///dev/nobody?baud=9600", "tcp://127.0.0.1:1", "tcp://nobody.invalid:1", "dpram:///dev/nobody"],
+)
+def test_why_a_port_is_not_open_is_said_in_japanese(address: str) -> None:
+    with pytest.raises(TransportUnavailable) as refusal:
+        asyncio.run(create(address).open(Nobody()))
+    why = str(refusal.value).removesuffix("Nothing was sent.").rstrip(" .")
+    assert japanese(why).startswith(f"{address} を開けません。")
+    assert not re.search("[a-z]{3,} [a-z]{3,}", japanese(why)), japanese(why)
+    assert japanese(f"Line a is down: {why}. Nothing was sent.").endswith("何も送信していません。")
+
+
+def test_another_sentence_stays_as_it_is() -> None:
+    assert japanese("Somebody wrote this.") == "Somebody wrote this."

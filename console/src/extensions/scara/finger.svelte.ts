@@ -1,9 +1,9 @@
 /** Where the finger of a SCARA robot is: as the gateway works it out from the newest positions; nothing is sent. */
 
+import { GatewayError, gateway } from "../../gateway.ts";
+import { every } from "../../reading.ts";
 import { type FingerPlace, placeIn, samplesOf } from "./arm.ts";
-import { GatewayError, gateway } from "./gateway.ts";
-import { plant } from "./plant.svelte.ts";
-import { every } from "./reading.ts";
+import { scaraOf } from "./scara.ts";
 
 const PERIOD_MS = 200;
 
@@ -21,7 +21,7 @@ export class Finger {
   }
 
   async #look(scara_id: string): Promise<void> {
-    const scara = plant.scara(scara_id);
+    const scara = scaraOf(scara_id);
     const told = scara && samplesOf(scara);
     const pulses = told?.map((it) => it.pulses);
     if (!pulses) {

@@ -1,8 +1,9 @@
 /** How the arm of a SCARA robot stands: in millimetres, counted from the base. */
 
-import type { Schemas, Scara } from "./gateway.ts";
-import { plant } from "./plant.svelte.ts";
-import { type Sample, samples } from "./samples.svelte.ts";
+import type { Schemas } from "../../gateway.ts";
+import { plant } from "../../plant.svelte.ts";
+import { type Sample, samples } from "../../samples.svelte.ts";
+import type { Scara } from "./scara.ts";
 
 export interface Point {
   x: number;
