@@ -17,7 +17,6 @@ from pydantic import (
 from gateway.core.errors import InvalidRequest
 from gateway.core.origin import current
 
-
 _JSON: Final[TypeAdapter[JsonValue]] = TypeAdapter(JsonValue)
 
 
