@@ -5,8 +5,9 @@ A family of them brings its rows, its line and what a status means; the moves, j
 
 import asyncio
 from abc import abstractmethod
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
+from dataclasses import dataclass
 from datetime import UTC, datetime
 from functools import partial
 from typing import Any, ClassVar, Final, Generic, NamedTuple, Self, TypeVar
@@ -14,47 +15,31 @@ from typing import Any, ClassVar, Final, Generic, NamedTuple, Self, TypeVar
 from pydantic import Field
 
 from gateway.core.controllers import Controllers
-from gateway.core.errors import BodyBusy, GatewayError, NoReply, NotSent, restarted_in_motion
+from gateway.core.errors import BodyBusy, GatewayError, NotSent
 from gateway.core.event_types import EventType, LeftMoving, lease_types, move_types, news_types
 from gateway.core.events import Event
 from gateway.core.exchange import Exchange, Lane
 from gateway.core.family import Site, Watch
 from gateway.core.jogs import Jog, Jogging, JogNews, JogOutOfReach, JogOver, Jogs
-from gateway.core.journal.intents import OF_MOVES
 from gateway.core.line import LineDriver
 from gateway.core.line_state import LineState
 from gateway.core.move_record import RESTARTED, START_WITHIN_S, MoveRecord, MoveStatus
-from gateway.core.move_runs import Beginning, MoveRuns, Silence
-from gateway.core.next_calls import NextCall
+from gateway.core.move_runs import Found, Motion, MoveRun, MoveRuns, found
 from gateway.core.operation import Rows, taking
-from gateway.core.origin import new_id, working
+from gateway.core.origin import new_id
 from gateway.core.records import Record
 from gateway.core.rights import Right
 from gateway.core.stops import (
-    CONFIRM_WITHIN_S,
     RECORD_WITHIN_S,
     BilingualReport,
     StopMode,
     Stopping,
-    StopPlan,
+    StopsOfOne,
     StopState,
-    StopsUnderWay,
 )
 from gateway.core.supervisor import Deed
 from gateway.core.targets import BegunMoves, CommandReplies, Opened, Stopped, Target, stopped
-from gateway.core.verdicts import (
-    MOTOR,
-    AtRest,
-    Finding,
-    Place,
-    Power,
-    Sight,
-    Told,
-    Unbegun,
-    Unseen,
-    judge,
-)
-from gateway.core.verdicts import Begun as Known
+from gateway.core.verdicts import MOTOR, AtRest, Begun, Place, Power, Told, VerdictWords
 from gateway.texts import Text, text
 from protocols.table import Effect
 
@@ -69,7 +54,8 @@ WATCH_S: Final = 1.0
 class Status(NamedTuple):
     """A drive's own report of its state."""
 
-    moves: bool
+    runs: bool
+    """True while it moves."""
     place: int
     newest: int
     """The number of the newest motion that it has taken."""
@@ -174,7 +160,7 @@ class Drive(Target):
         """True while the drive moves, as far as is known; None if unknown."""
         if self.told is None or not self.online:
             return None
-        return self.told.moves or (self.move is not None and self.move.status is not MoveStatus.QUEUED)
+        return self.told.runs or (self.move is not None and self.move.status is not MoveStatus.QUEUED)
 
     @property
     def alarm(self) -> int:
@@ -204,7 +190,7 @@ class Drive(Target):
     async def stands_still(self) -> bool:
         """Ask the drive whether it stands still."""
         with suppress(GatewayError):
-            return not (await self.look()).moves
+            return not (await self.look()).runs
         return False
 
     async def comes_to_rest(self, meanwhile: Callable[[], object] = lambda: None) -> None:
@@ -249,6 +235,14 @@ class Drive(Target):
             return Opened(f"{self.path}/jogs/{jog.id}", jog)
         return BegunMoves(self.path, [await self.moves.start(self, command, start_within_s)])
 
+    def claim(self, move: DriveMove) -> None:
+        """Let no other move begin."""
+        self.move = move
+
+    def release(self) -> None:
+        """Let another move begin."""
+        self.move = None
+
     async def stop(self, mode: StopMode) -> Stopped:
         """Stop it; the stop is queued before anything is awaited."""
         return await stopped(self.path.split("/")[1], asyncio.gather(self.stops.stop(mode)))
@@ -263,28 +257,18 @@ class Drive(Target):
 class _DriveStop(Stopping):
     """The stop of a drive, repeated until it says that it stands still."""
 
-    def __init__(self, drive: Drive, mode: StopMode) -> None:
-        self.report = DriveStopReport(drive_id=drive.id)
-        super().__init__(mode, self.report, drive.line.admission.held_s)
-        self._drive = drive
-        self._stop: asyncio.Future[Any] | None = None
+    one_at_a_time = True
 
-    def submit(self) -> None:
-        """Send it, unless the last one still waits for its turn or its reply."""
-        if self._stop is None or self._stop.done():
-            super().submit()
+    def __init__(self, drive: Drive, mode: StopMode) -> None:
+        super().__init__(mode, DriveStopReport(drive_id=drive.id), drive.line)
+        self._drive = drive
 
     def _send_stop(self) -> "asyncio.Future[Any]":
-        self._stop = self._drive.send_halt(self.note_written)
-        return self._stop
+        return self._drive.send_halt(self.note_written)
 
     async def stands_still(self) -> bool:
         """Ask the drive."""
         return await self._drive.stands_still()
-
-    def reply_count(self) -> int:
-        """Replies on its line, which has no other drive."""
-        return int(self._drive.line.counters["replies"])
 
     def why_not(self) -> Sequence[Text]:
         """Say why standstill is not proved: the drive moves, or does not tell."""
@@ -295,30 +279,16 @@ class _DriveStop(Stopping):
         self._drive.tell(f"stop.{what}", self.report)
 
 
-class DriveStops(StopsUnderWay[StopMode, _DriveStop]):
+class DriveStops(StopsOfOne[_DriveStop]):
     """The stops of a drive."""
 
     def __init__(self, drive: Drive) -> None:
-        super().__init__()
+        super().__init__(drive.id, partial(_DriveStop, drive))
         self._drive = drive
 
-    def stop(self, mode: StopMode) -> "asyncio.Task[DriveStopReport]":
-        """Stop it; the report comes when it stands still, or after two seconds with what is known then."""
-        [stop] = self._begun(partial(self._plan, mode))
-        return asyncio.create_task(self._report(stop), name="stop report")
-
-    def _plan(self, mode: StopMode) -> StopPlan[StopMode]:
-        drive, running = self._drive, self._running.get(mode)
-        begin = partial(self._begin_new, mode) if running is None else running.submit
-        forbid, end_jogs = partial(drive.line.forbid, {TARGET}), partial(drive.jogs.take_all, JogNews.STOP)
-        return (forbid, end_jogs, begin), (mode,)
-
-    def _begin_new(self, mode: StopMode) -> None:
-        self._begin(mode, _DriveStop(self._drive, mode), f"the stop of {self._drive.id}")
-
-    async def _report(self, stop: _DriveStop) -> DriveStopReport:
-        await asyncio.wait({self._tasks[stop]}, timeout=CONFIRM_WITHIN_S)
-        return stop.report
+    def _before(self) -> Sequence[Callable[[], object]]:
+        drive = self._drive
+        return partial(drive.line.forbid, {TARGET}), partial(drive.jogs.take_all, JogNews.STOP)
 
     async def _record(self, _: _DriveStop) -> None:
         if self._drive.move is not None:
@@ -365,32 +335,54 @@ class DriveJogs(Jogs[DriveJog, None]):
         return True
 
 
-class DriveMoves(MoveRuns[Drive, DriveMove]):
+class DriveRun(MoveRun[DriveMove, Status]):
+    """A move of a drive."""
+
+    controller = "the drive"
+
+    def __init__(self, drive: Drive, move: DriveMove) -> None:
+        super().__init__(drive.moves, move, drive, drive.line, drive.id, POLL_S)
+        self.drive = drive
+
+    def _was_refused(self, error: GatewayError, /) -> bool:
+        return self.move.status is MoveStatus.SENT and not isinstance(error, NotSent)
+
+    async def _look(self) -> Status | None:
+        return await self._answer_to(self.drive.look)
+
+    async def _finding(self, seen: Status, /) -> Found:
+        return found(finding_of(self.move, seen), self._doubt, position=seen.place)
+
+    def _words(self) -> VerdictWords:
+        sending = f"{self.move.command} was sent to {self.who}"
+        return MOTOR._replace(who=self.who, sending=sending, target=self.move.target, lost="has lost")
+
+
+@dataclass(eq=False)
+class DriveMotion(Motion[DriveRun, None]):
+    """A motion command of a drive."""
+
+    exchange: Exchange[Any, Any, Any]
+
+    async def _prepare(self) -> None:
+        """Ask where the drive stands."""
+        [run] = self.runs
+        before = await run.drive.look()
+        run.move.start, run.move.life = before.place, before.life
+
+    async def _write(self, _: None, expires_at: float) -> Mapping[DriveRun, object]:
+        """Send the motion; errors as of `LineDriver.reply_to`."""
+        [run] = self.runs
+        self.exchange.expires_at, self.exchange.on_written = expires_at, run.sent
+        return {run: await run.line.reply_to(self.exchange)}
+
+
+class DriveMoves(MoveRuns[DriveMove]):
     """All moves of all drives of a family."""
 
-    def _move_of(self, who: Drive) -> DriveMove | None:
-        return who.move
-
-    def _publish(self, news: str, who: Drive, move: DriveMove, /) -> Event:
-        return who.tell(f"move.{news}", move)
-
-    def _claim(self, who: Drive, move: DriveMove, /) -> None:
-        who.move = move
-
-    def _free(self, who: Drive) -> None:
-        who.move = None
-
-    def _calls(self, _: Drive, error: GatewayError, /) -> Sequence[NextCall]:
-        return error.next
-
     async def start(self, drive: Drive, command: Any, start_within_s: float) -> DriveMove:
-        """Send a motion, and give its move when the drive has taken it.
-
-        :raises GatewayError: it was refused, or not sent.
-        """
-        loop, now = asyncio.get_running_loop(), datetime.now(UTC)
-        exchange = drive.exchange(command, Lane.COMMAND)
-        exchange.expires_at = loop.time() + start_within_s
+        """Send a motion, and give its move when the drive has taken it; errors as of `_begin`."""
+        now, exchange = datetime.now(UTC), drive.exchange(command, Lane.COMMAND)
         move = DriveMove(
             id=new_id(now),
             body_id=drive.id,
@@ -400,73 +392,15 @@ class DriveMoves(MoveRuns[Drive, DriveMove]):
             number=drive.number_of(exchange),
             target=drive.target_of(command),
         )
-        begun: Beginning = loop.create_future()
-        refusal = await self._start([(drive, move)], partial(self._make, drive, move, exchange, begun), begun)
-        if refusal is not None:
-            raise refusal
+        await self._begin(DriveMotion([DriveRun(drive, move)], exchange), start_within_s)
         return move
-
-    async def _make(
-        self, drive: Drive, move: DriveMove, exchange: Exchange[Any, Any, Any], begun: Beginning
-    ) -> None:
-        """See it through: ask where it stands, send the motion, and follow it to its end."""
-        OF_MOVES.set([move.id])
-        exchange.on_written = lambda _: self.advance(drive, move, MoveStatus.SENT)
-        doubt: NoReply | None = None
-        try:
-            before = await drive.look()
-            move.start, move.life = before.place, before.life
-            await drive.line.reply_to(exchange)
-        except GatewayError as error:
-            if move.status is MoveStatus.QUEUED or not isinstance(error, NoReply):
-                unsent = isinstance(error, NotSent) or move.status is MoveStatus.QUEUED
-                unbegun = Unbegun.WITHHELD if unsent else Unbegun.REFUSED
-                self._end(drive, move, unbegun, error)
-                begun.set_result(error)
-                return
-            doubt = error
-        begun.set_result(None)
-        await self._follow(drive, move, doubt)
 
     def take_over(self, drive: Drive, move: DriveMove, *, begun: bool, since: str = RESTARTED) -> None:
         """Go on with a move of an earlier life: ask the drive, and follow the move to its end."""
-        if self._take_over(drive, move, begun=begun, asked="the drive", since=since):
-            known: Beginning = asyncio.get_running_loop().create_future()
-            known.set_result(None)
-            work = partial(self._follow, drive, move, restarted_in_motion(drive.id))
-            self._see_through(move.id, work, known, partial(self._give_up, [(drive, move)]))
-
-    async def _follow(self, drive: Drive, move: DriveMove, doubt: NoReply | None) -> None:
-        """Look until it stands still, and judge what it tells then."""
-        loop = asyncio.get_running_loop()
-        silence = Silence(loop.time(), drive.line.reply_timeout_s + drive.line.late_reply_s + POLL_S)
-        with working("followers"):
-            while not silence.too_long:
-                try:
-                    told = await drive.look()
-                except GatewayError as error:
-                    silence.unanswered(loop.time(), silent=isinstance(error, NoReply))
-                else:
-                    silence.answered(loop.time())
-                    if not told.moves:
-                        self._end(drive, move, found(move, told), doubt, position=told.place)
-                        return
-                    if move.status is MoveStatus.SENT:
-                        self.advance(drive, move, MoveStatus.MOVING)
-                await asyncio.sleep(POLL_S)
-        sight = Sight.SILENT if silence.of_body else Sight.OUT_OF_REACH
-        lost = Unseen(sight, begun=Known.SEEN if doubt is None else Known.IN_DOUBT)
-        self._end(drive, move, lost, doubt, unheard=silence.told)
-
-    def _end(
-        self, drive: Drive, move: DriveMove, finding: Finding, error: GatewayError | None, **more: Any
-    ) -> None:
-        sending = f"{move.command} was sent to {drive.id}"
-        words = MOTOR._replace(who=drive.id, sending=sending, target=move.target, lost="has lost", **more)
-        self.end(drive, move, judge(finding, words, error))
+        self._go_on(DriveRun(drive, move), since, begun=begun)
 
 
-def found(move: DriveMove, told: Status) -> AtRest:
+def finding_of(move: DriveMove, told: Status) -> AtRest:
     """Turn the status of a drive at rest into a finding: it names the newest motion that it has taken."""
     is_taken, is_there = told.newest == move.number, told.place == move.target
     if not is_taken:
@@ -479,7 +413,7 @@ def found(move: DriveMove, told: Status) -> AtRest:
     return AtRest(
         ends if is_taken else Told.NOTHING,
         Power.KEPT if move.life in (None, told.life) else Power.LOST,
-        begun=Known.SEEN if is_taken else Known.IN_DOUBT,
+        begun=Begun.SEEN if is_taken else Begun.IN_DOUBT,
         place=place,
     )
 
@@ -496,7 +430,7 @@ class Drives(Controllers[D], Generic[D]):
 
     def __init__(self, site: Site) -> None:
         super().__init__(site)
-        self.moves = DriveMoves()
+        self.moves = DriveMoves(lambda news, drive, move: drive.tell(f"move.{news}", move))
 
     def target(self, _collection: str, names: Sequence[str]) -> Target:
         """Find a drive; errors as of `find`."""

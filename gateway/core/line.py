@@ -504,6 +504,10 @@ class LineDriver(PortLoop, Generic[X, W, F]):
         if self.echoes:
             raise self._echoes()
 
+    def shows_silence(self, error: GatewayError) -> bool:
+        """Say whether an error shows that the controller which was asked does not answer."""
+        return isinstance(error, NoReply)
+
     def lock_of(self, target: int) -> SequenceLock:
         """The lock of a target, for series of commands that nothing but stops may divide."""
         lock = self._locks.get(target)

@@ -110,7 +110,7 @@ class Live:
         for key in [key for key in self._readings if not self.rate(*key)]:
             del self._readings[key]
 
-    def demand_changes(self) -> None:
+    def demand_changes(self, _part: object = None) -> None:
         """Note that other values are wanted than before."""
         self._rates.clear()
         self.demand.set()

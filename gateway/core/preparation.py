@@ -1,10 +1,8 @@
 """The runner that asks for all that a command needs before the command is written."""
 
-import asyncio
-from collections.abc import Awaitable, Callable, Coroutine, Iterable, Sequence
-from typing import Any, Generic, NamedTuple, TypeVar
+from collections.abc import Awaitable, Callable, Iterable, Sequence
+from typing import Generic, NamedTuple, TypeVar
 
-from gateway.core.errors import Expired, GatewayError
 from gateway.core.exchange import current_series
 from gateway.core.sequence_lock import SequenceLock
 
@@ -12,8 +10,6 @@ Q = TypeVar("Q")
 """A family's questions."""
 A = TypeVar("A")
 """The outcomes of its questions."""
-P = TypeVar("P")
-T = TypeVar("T")
 
 
 class Asked(NamedTuple, Generic[Q, A]):
@@ -46,39 +42,3 @@ async def prepare(
         heard: list[Asked[Q, A]] = []
         while (question := missing(heard)) is not None:
             heard.append(Asked(question, await ask(question)))
-
-
-async def write_proved(
-    prove: Callable[[], Coroutine[Any, Any, P]],
-    write: Callable[[P], Awaitable[T]],
-    *,
-    disproved: type[GatewayError],
-    expires_at: float,
-) -> T:
-    """Prove what a command depends on and write it; ask all again as often as the proof does not hold.
-
-    `write` raises `disproved` where the proof holds no more and nothing was written.
-
-    :raises Expired: the proof took too long, and none was disproved.
-    :raises GatewayError: the command was not written; the last `disproved` where the time was up after it.
-    """
-    doubt: GatewayError | None = None
-    while True:
-        try:
-            return await write(await in_time(expires_at, prove()))
-        except disproved as error:
-            doubt = error
-        except Expired as late:
-            raise (doubt or late) from None
-
-
-async def in_time(expires_at: float, preparation: Coroutine[Any, Any, T]) -> T:
-    """Do what goes before a command, until the command would come too late.
-
-    :raises Expired: it took too long.
-    """
-    try:
-        async with asyncio.timeout_at(expires_at):
-            return await preparation
-    except TimeoutError:
-        raise Expired("robot") from None

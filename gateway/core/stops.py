@@ -5,13 +5,14 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from enum import Enum
 from functools import partial
-from typing import Any, Final, Generic, Literal, Protocol, Self, TypeVar
+from typing import Any, ClassVar, Final, Generic, Literal, Protocol, Self, TypeVar
 
 from pydantic import PrivateAttr
 from typing_extensions import TypeAliasType
 
 from gateway.core.drawn import Transition
 from gateway.core.errors import GatewayError, NotSent
+from gateway.core.line import LineDriver
 from gateway.core.origin import working
 from gateway.core.records import Record
 from gateway.core.supervisor import do_each, insist, insist_after, supervised, twice
@@ -177,16 +178,18 @@ class Stopping(ABC):
 
     silent_after_s = REPEAT_S
     """Seconds since the last reply on the line after which no answer is to be expected."""
+    one_at_a_time: ClassVar[bool] = False
+    """True if a repetition is left out while the last one waits for its turn or its reply."""
+    report: Any
+    """Its `Report`."""
 
-    def __init__(
-        self, mode: StopMode, report: Report, held_s: Callable[[float], float] = lambda _now: 0.0
-    ) -> None:
+    def __init__(self, mode: StopMode, report: Report, line: LineDriver[Any, Any, Any]) -> None:
         self.mode = mode
-        self._report = report
+        self.report, self._line = report, line
         self._began_at = asyncio.get_running_loop().time()
-        self._held_s = held_s
-        """Gives the seconds for which the event loop was held until a time of its clock."""
-        self._held_before_s = held_s(self._began_at)
+        self._held_before_s = line.admission.held_s(self._began_at)
+        self._stop: asyncio.Future[Any] | None = None
+        """Outcome of the last repetition."""
         self._taken_s = 0.0
         """Age of the stop when its controller took it, in seconds."""
         self._ramp_s: float | None = None
@@ -218,10 +221,6 @@ class Stopping(ABC):
         """Ask the controller whether it stands still, and nothing runs there that could move it again."""
 
     @abstractmethod
-    def reply_count(self) -> int:
-        """Count all replies on its line."""
-
-    @abstractmethod
     def why_not(self) -> Sequence[Text]:
         """Tell what keeps it from being confirmed."""
 
@@ -243,7 +242,7 @@ class Stopping(ABC):
     def waited_s(self) -> float:
         """Seconds for which it has been under way, without the time for which the gateway was held up."""
         now = asyncio.get_running_loop().time()
-        return now - self._began_at - (self._held_s(now) - self._held_before_s)
+        return now - self._began_at - (self._line.admission.held_s(now) - self._held_before_s)
 
     def is_late(self) -> bool:
         """Say whether the motor should stand by now."""
@@ -276,8 +275,10 @@ class Stopping(ABC):
 
     def submit(self) -> None:
         """Send the stop, and note its outcome when that is known."""
+        if self.one_at_a_time and is_under_way(self._stop):
+            return
         try:
-            stop = self._send_stop()
+            self._stop = stop = self._send_stop()
         except GatewayError as error:
             self.note_not_sent(error)
         else:
@@ -313,9 +314,9 @@ class Stopping(ABC):
         async with asyncio.TaskGroup() as group:
             proof = group.create_task(self.stands_still(), name="proof of a stop")
             while not proof.done():
-                replies = self.reply_count()
+                replies = self._line.counters["replies"]
                 await asyncio.wait({proof}, timeout=max(self.pause_s(), self.silent_after_s))
-                if not proof.done() and self.reply_count() == replies:
+                if not proof.done() and self._line.counters["replies"] == replies:
                     self._repeat()
         return proof.result()
 
@@ -327,7 +328,7 @@ class Stopping(ABC):
     def _repeat(self) -> None:
         """Send it once more; a motor that decelerates has its time, and is told now and then after that."""
         now = asyncio.get_running_loop().time()
-        decelerates = self.mode == "decelerate" and self._report.state == "acknowledged"
+        decelerates = self.mode == "decelerate" and self.report.state == "acknowledged"
         is_long = self.waited_s >= CONFIRM_WITHIN_S and now - self._repeated_at >= REPEAT_SLOWLY_S
         if self._is_overdue or is_long or not decelerates:
             self._repeated_at = now
@@ -350,7 +351,7 @@ class Stopping(ABC):
         self._warning = loop.call_later(seconds, insist, what, self._warn)
 
     def _warn(self) -> None:
-        if self._report.state == "confirmed":
+        if self.report.state == "confirmed":
             return
         if not self.is_late():
             self._warn_in(min(self.due_s - self.waited_s, REPEAT_S))
@@ -366,7 +367,7 @@ class Stopping(ABC):
 
     def _take(self, news: StopNews) -> StopAction:
         """Go on to the next state of the report, and give what is to be done."""
-        self._report.state, action = TABLE[self._report.state][news]
+        self.report.state, action = TABLE[self.report.state][news]
         return action
 
     def _take_call(self, news: CallNews) -> CallAction:
@@ -400,7 +401,7 @@ class Stopping(ABC):
 
     def tell(self) -> None:
         """Write into the report why it is not confirmed; nothing where it is."""
-        if self._report.state == "confirmed":
+        if self.report.state == "confirmed":
             self._explain(())
             return
         reasons = [self._trouble] if self._trouble else [*self.why_not()]
@@ -411,8 +412,13 @@ class Stopping(ABC):
         self._explain(reasons)
 
     def _explain(self, reasons: Sequence[Text]) -> None:
-        self._report.detail = " ".join(reason.en for reason in reasons) or None
-        self._report.note_japanese("".join(reason.ja for reason in reasons) or None)
+        self.report.detail = " ".join(reason.en for reason in reasons) or None
+        self.report.note_japanese("".join(reason.ja for reason in reasons) or None)
+
+
+def is_under_way(sent: "asyncio.Future[Any] | None") -> bool:
+    """Say whether what was sent still waits for its turn or its outcome."""
+    return sent is not None and not sent.done()
 
 
 K = TypeVar("K")
@@ -481,6 +487,11 @@ class StopsUnderWay(Generic[K, S]):
         for key in [key for key, running in self._running.items() if running is stop]:
             del self._running[key]
 
+    def unconfirmed_among(self, stops: Iterable[S]) -> Any:
+        """The report of one of these that is not confirmed yet; None without one."""
+        reports = (stop.report for stop in stops)
+        return next((report for report in reports if report.state != "confirmed"), None)
+
     @property
     def is_unconfirmed(self) -> bool:
         """Say whether a stop is under way that is not confirmed yet."""
@@ -497,3 +508,36 @@ class StopsUnderWay(Generic[K, S]):
         for task in tasks:
             task.cancel()
         await asyncio.gather(*tasks, return_exceptions=True)
+
+
+class StopsOfOne(StopsUnderWay[StopMode, S]):
+    """The stops of one controller, which stops all its motors together."""
+
+    def __init__(self, who: str, new: Callable[[StopMode], S]) -> None:
+        super().__init__()
+        self._who, self._new = who, new
+
+    def _before(self) -> Iterable[Callable[[], object]]:
+        """Name what is to be done before a stop is queued, whatever meets a fault."""
+        return ()
+
+    def stop(self, mode: StopMode) -> "asyncio.Task[Any]":
+        """Stop it; a stop is queued before this returns, and nothing older is sent after it.
+
+        The report comes when it stands still, or after two seconds with what is known then.
+        """
+        [stop] = self._begun(partial(self._plan, mode))
+        return asyncio.create_task(self._report(stop, self._tasks[stop]), name="stop report")
+
+    def _plan(self, mode: StopMode) -> StopPlan[StopMode]:
+        running = self._running.get(mode)
+        send = partial(self._begin_new, mode) if running is None else running.submit
+        return (*self._before(), send), (mode,)
+
+    def _begin_new(self, mode: StopMode) -> None:
+        self._begin(mode, self._new(mode), f"the stop of {self._who}")
+
+    @staticmethod
+    async def _report(stop: S, task: "asyncio.Task[None]") -> Any:
+        await asyncio.wait({task}, timeout=CONFIRM_WITHIN_S)
+        return stop.report

@@ -14,8 +14,9 @@ from gateway.core.errors import (
     NoReply,
 )
 from gateway.core.exchange import Lane
+from gateway.core.move_runs import write_proved
 from gateway.core.origin import Origin, acting
-from gateway.core.preparation import prepare, write_proved
+from gateway.core.preparation import prepare
 from gateway.core.session import READ_REPEATS
 from gateway.fics.agreement import READINGS, query_of, tells
 from gateway.fics.axes import UnitAxes, unit_of
@@ -448,8 +449,9 @@ class Conversation:
             return await write_proved(
                 partial(self._prove, command, unit, epoch),
                 lambda proof: self._start(command, epoch, expires_at, proof, note),
-                disproved=NotProved,
+                disproved=(NotProved,),
                 expires_at=expires_at,
+                waits_for="robot",
             )
 
     async def _prove(self, command: FicsCommand[Any], unit: UnitAxes, epoch: int) -> Proof:

@@ -9,6 +9,7 @@ from pydantic import Field
 from gateway.core.alarms import Cause
 from gateway.core.backup_record import Restore
 from gateway.core.errors import InvalidRequest, NotFound
+from gateway.core.events import Event
 from gateway.core.exchange import Lane
 from gateway.core.family import (
     PortInfo,
@@ -115,7 +116,7 @@ class Fics(Robots):
     def __init__(self, site: Site) -> None:
         super().__init__(site)
         self._tables: dict[str, config.FicsLineTable] = {}
-        self.moves = RobotMoves(site.events.live.demand_changes)
+        self.moves = RobotMoves(self._tell_move, site.events.live.demand_changes)
         self.restores: Restores[RobotRestore] = Restores(self._publish_restore)
 
     def add(self, table: config.FicsLineTable, port: Transport) -> FicsLine:
@@ -153,6 +154,9 @@ class Fics(Robots):
         power = robot.known.power
         power.on_memory = self.site.known.keep(robot_table.id, power)
         return line
+
+    def _tell_move(self, what: str, unit: RobotUnit, move: RobotMove) -> Event:
+        return self.site.events.publish(f"robot.move.{what}", f"/robots/{unit.address}", move, move.id)
 
     def _publish_restore(self, what: str, restore: Restore) -> None:
         self.site.events.publish(f"robot.restore.{what}", restore.target, restore, correlation=restore.id)

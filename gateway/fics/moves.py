@@ -1,11 +1,12 @@
 """The moves of robots: started at most once each, remembered when they are over."""
 
 import asyncio
-from collections.abc import Callable, Sequence
-from contextlib import suppress
+from collections.abc import AsyncIterator, Callable, Mapping, Sequence
+from contextlib import asynccontextmanager, suppress
+from dataclasses import dataclass
 from datetime import UTC, datetime
 from functools import partial
-from typing import Any
+from typing import Any, NamedTuple
 
 from gateway.core.errors import (
     Cancelled,
@@ -15,31 +16,13 @@ from gateway.core.errors import (
     NoReply,
     NotSent,
     PowerCycled,
-    refused_in_motion,
-    restarted_in_motion,
 )
-from gateway.core.events import Event
 from gateway.core.exchange import Lane
-from gateway.core.journal.intents import OF_MOVES
 from gateway.core.move_record import RESTARTED, START_WITHIN_S, MoveStatus
-from gateway.core.move_runs import MoveRuns, Silence, until_answered
+from gateway.core.move_runs import Found, Motion, MoveRun, MoveRuns, found
 from gateway.core.next_calls import NextCall
-from gateway.core.origin import new_id, working
-from gateway.core.preparation import in_time
-from gateway.core.trajectories import Trajectories
-from gateway.core.verdicts import (
-    AXES,
-    AtRest,
-    Begun,
-    Finding,
-    Place,
-    PowerCycle,
-    Sight,
-    Stop,
-    Told,
-    Unseen,
-    judge,
-)
+from gateway.core.origin import new_id
+from gateway.core.verdicts import AXES, AtRest, Begun, Place, PowerCycle, Stop, Told, VerdictWords
 from gateway.fics.axes import at_rest, in_trouble
 from gateway.fics.calls import calls_for_robot
 from gateway.fics.conversation import Accepted
@@ -53,6 +36,7 @@ from gateway.fics.errors import (
     refused,
 )
 from gateway.fics.exchange import Outcome, RobotAnswered
+from gateway.fics.line import FicsLine
 from gateway.fics.move_record import KINDS, RobotMove, check
 from gateway.fics.plans import PATIENCE, PATIENCE_S, RobotTrajectory, longest_move_s
 from gateway.fics.power import ACKNOWLEDGE
@@ -82,394 +66,321 @@ VERIFY = Lane.VERIFY
 AT_TARGET = "The axes stand at the target."
 
 
-class MoveRun:
-    """One move on its way; `runs` write down how it goes."""
+class AxesSeen(NamedTuple):
+    """The axes of a unit, as they told."""
+
+    axes: Sequence[AxisStatus]
+    runs: bool
+    """True while neither standstill is certain nor the robot has answered."""
+
+
+class RobotRun(MoveRun[RobotMove, AxesSeen]):
+    """A move of a unit."""
+
+    controller = "the robot"
+    _sight_acknowledges = True  # in Ver.2 nothing else does
+    line: FicsLine
 
     def __init__(
-        self,
-        robot: Robot,
-        unit: RobotUnit,
-        command: FicsCommand[Any],
-        move: RobotMove,
-        runs: "MoveRuns[MoveRun, RobotMove]",
+        self, moves: "RobotMoves", robot: Robot, unit: RobotUnit, command: FicsCommand[Any], move: RobotMove
     ) -> None:
-        self.robot, self.unit = robot, unit
-        self._command = command
-        self._move = move
-        self._talk, self._line = robot.conversation, robot.line
-        self._runs = runs
-        self._epoch = self._line.stop_epoch
-        self.begun: asyncio.Future[GatewayError | None] = asyncio.get_running_loop().create_future()
-        """Known when the robot has taken the command, or why it has not."""
-        self._stops_before = self._line.stops
+        super().__init__(moves, move, unit, robot.line, robot.id, robot.poll_interval_s)
+        self.robot, self.unit, self.command = robot, unit, command
+        self.tell: Callable[[GatewayError | None], object] = lambda _: None
+        """Tells the caller that the robot has taken the command, or why it has not."""
+        self._accepted: Accepted | None = None
+        self._answer: asyncio.Future[Outcome] | None = None
+        """The outcome of the command, while it may still come."""
+        self._refusal: GatewayError | None = None
+        self._stops_before = self.line.stops
         self._overdue_at: float | None = None
         self._left: int | None = None
         """`FicsLine.unheard` when a refusal was left unread, which a loss of power clears."""
-        self._doubt: NoReply | None = None
-        """The reason why it is not known if the command was executed."""
         self._power_kept = False
         """True if something proves that the robot has not lost its power on the way."""
+        self._cycle = PowerCycle.UNTOLD
+        """The motion that was seen after the robot told of a loss of power."""
 
-    async def make(self, start_within_s: float) -> None:
-        """Follow the move from the queue to its end."""
-        OF_MOVES.set([self._move.id])
-        expires_at = asyncio.get_running_loop().time() + start_within_s
-        try:
-            with (
-                preparing(self._move.robot_id, self._command),
-                self._talk.sending(self._command, self.unit),
-            ):
-                await in_time(expires_at, self._wait_to_know_the_way())
-                accepted = await self._talk.begin(
-                    self._command,
-                    self.unit,
-                    epoch=self._epoch,
-                    expires_at=expires_at,
-                    on_written=self._sent,
-                )
-        except GatewayError as error:
-            self._never_begun(error)
-            self._tell(error)
-            return
-        try:
-            with working("followers"):
-                await self._follow(accepted)
-        finally:
-            self._talk.end(accepted)
-            self._tell(None)
+    # the unit
 
-    async def take_over(self) -> None:
-        """Follow a move of an earlier life, whose answer will not come, by what the axes do."""
-        self.robot.known.motion.begin(self._command, self.unit.number)
-        self._tell(None)
-        try:
-            await self._resolve(restarted_in_motion(self._move.robot_id))
-        finally:
-            self._talk.end()
+    def _calls(self, error: GatewayError, /) -> Sequence[NextCall]:
+        return calls_for_robot(error, self.robot.id, self.line.id, self.unit.number)
 
-    def _end(self, finding: Finding, error: GatewayError | None = None, **more: Any) -> None:
-        """End the move by what was found, unless it is over."""
-        move, address = self._move, self.unit.address
-        if move.status.final:
-            return
-        reply = "and answered" if move.completion == "reply" else "and not answered"
-        words = AXES._replace(
-            who=address,
-            sending=f"{move.command} was sent to {address} {reply}",
-            position=move.position,
-            target=move.target_position,
-        )
-        self._runs.end(self, move, judge(finding, words._replace(**more), error))
+    def _free(self) -> None:
+        super()._free()
+        self._moves.on_trajectory(self.unit)
 
-    def _never_begun(self, error: GatewayError) -> None:
-        if not self._move.status.final:
-            self._runs.unbegun(self, self._move, error, refused=isinstance(error, ControllerRefused))
+    def _was_sent(self) -> None:
+        now, move = asyncio.get_running_loop().time(), self.move
+        if move.longest_s is not None:
+            self._overdue_at = now + PATIENCE * move.longest_s + PATIENCE_S
+        self.unit.trajectory = RobotTrajectory(self.unit, move, move.sent_at or datetime.now(UTC), now)
+        self._moves.trajectories.begin(move.id, self.unit.trajectory)
+        self._moves.on_trajectory(self.unit)
 
-    def withdraw(self, why: str) -> None:
-        """End the watch over the move: its command is not written any more."""
+    def _lose(self, why: str, /) -> None:
         cancelled = Cancelled(f"{why} Nothing was sent.", "Try again.")
-        self._line.cancel(lambda exchange: exchange.lane is Lane.COMMAND, cancelled)
-        if self.robot.known.motion.command is self._command:
-            self._talk.end()
+        self.line.cancel(lambda exchange: exchange.lane is Lane.COMMAND, cancelled)
+        if self.robot.known.motion.command is self.command:
+            self.robot.conversation.end()
 
-    def _tell(self, refusal: GatewayError | None) -> None:
-        if not self.begun.done():
-            self.begun.set_result(refusal)
-
-    def _sent(self, now: float) -> None:
-        if self._move.longest_s is not None:
-            self._overdue_at = now + PATIENCE * self._move.longest_s + PATIENCE_S
-        self._runs.advance(self, self._move, MoveStatus.SENT)
-
-    # before
-
-    async def _wait_to_know_the_way(self) -> None:
-        """Know it, however long others have the robot: the caller of the move limits that."""
-        while True:
-            try:
-                return await self._know_the_way()
-            except Expired:
-                continue
-
-    async def _know_the_way(self) -> None:
-        """Know where the axes stand and should come to: what the move needs, and what proves its end."""
-        unit, move = self.unit, self._move
-        try:
-            start = await unit.position(move.coordinates, Lane.COMMAND)
-            stored = await self._stored()
-        except NoReply as error:
-            raise NotSent(
-                f"{unit.address} did not tell its position before the move; the move was not sent.",
-                error.remedy,
-            ) from None
-        move.start_position = move.position = start
-        if None in start.values():
-            await self._talk.see_power()  # what has lost its power is not merely unhomed
-        move.target_position = target_of(unit, self._command, start, stored)
-        needed = places_it_needs(unit, self._command, start, move.target_position)
-        if None in needed.values():
-            await unit.require_places(needed, self._command)
-        if move.target_position:
-            target = move.target_position
-            move.longest_s = await longest_move_s(unit, move.coordinates, start, target)
-
-    async def _stored(self) -> list[float | None] | None:
-        """The position it is to go to, if it goes by a number; the robot refuses one that is not set."""
-        if not isinstance(self._command, MoveToPosition):
-            return None
-        return await self.unit.stored(self._command.position, Lane.COMMAND)
+    def _words(self) -> VerdictWords:
+        move, address = self.move, self.unit.address
+        reply = "and answered" if move.completion == "reply" else "and not answered"
+        sending = f"{move.command} was sent to {address} {reply}"
+        return AXES._replace(
+            who=address, sending=sending, position=move.position, target=move.target_position
+        )
 
     # on the way
 
-    async def _follow(self, accepted: Accepted) -> None:
-        """Ask until the axes have come to rest, unless the robot says so first."""
-        await self._leave_refusal()
-        while not accepted.outcome.done():
-            axes = await self._status()
-            if axes is None:
-                return
-            if at_rest(axes) and await self._rests_without_answer(accepted):
-                await self._infer(axes)
-                return
-            if self._move.status.final:
-                return
-            if not accepted.outcome.done():
-                # Commands are taken in their order: with this answer a refusal would have come.
-                self._moves()
-            await asyncio.wait({accepted.outcome}, timeout=self.robot.poll_interval_s)
-        await self._conclude(accepted.outcome.result())
+    def accept(self, accepted: Accepted) -> None:
+        """Take the command that was written, whose answer is to come."""
+        self._accepted, self._answer = accepted, accepted.outcome
+
+    async def follow(self, doubt: NoReply | None = None) -> None:
+        """Look until the axes rest, unless the robot says so first."""
+        motion = self.robot.known.motion
+        try:
+            if self._accepted is None:  # an earlier life has written it, and its answer will not come
+                motion.begin(self.command, self.unit.number)
+            else:
+                await self._leave_refusal()
+            await super().follow(doubt)
+        finally:
+            self.robot.conversation.end(self._accepted)
+            self.tell(self._refusal)
 
     async def _leave_refusal(self) -> None:
         """In Ver.2, where no axis is homed, leave what a loss of power clears: nothing else tells of one."""
-        if not REFUSAL_SHOWS_POWER or self._line.mode != HostMode.VER_2:
+        if not REFUSAL_SHOWS_POWER or self.line.mode != HostMode.VER_2:
             return
-        known = [place for place in (self._move.start_position or {}).values() if place is not None]
-        if not known and not isinstance(self._command, HomeRobot):
-            self._left = await self._talk.leave_refusal(VERIFY)
+        known = [place for place in (self.move.start_position or {}).values() if place is not None]
+        if not known and not isinstance(self.command, HomeRobot):
+            self._left = await self.robot.conversation.leave_refusal(VERIFY)
 
-    def _moves(self) -> None:
-        """The axes were seen to move."""
-        if self._runs.seen_to_move(self, self._move):
-            self._tell(None)
-        now = asyncio.get_running_loop().time()
-        if self._overdue_at is not None and now > self._overdue_at:
+    async def _look(self) -> AxesSeen | None:
+        """Ask for the state of the axes, twice where they rest, unless the robot has answered."""
+        if self._is_answered():
+            return AxesSeen((), runs=False)
+        axes = await self._axes()
+        if axes is None or self._answer is None:
+            return None if axes is None else AxesSeen(axes, not at_rest(axes))
+        rests = at_rest(axes)
+        if rests and not await self._answers_late(self._answer):
+            again = await self._axes()
+            if again is None:
+                return None
+            rests = at_rest(again)
+        return AxesSeen(axes, runs=not (rests or self._is_answered()))
+
+    def _is_answered(self) -> bool:
+        return self._answer is not None and self._answer.done()
+
+    async def _answers_late(self, answer: "asyncio.Future[Outcome]") -> bool:
+        """True if the answer comes after the standstill."""
+        begins_late = self.move.status is MoveStatus.SENT  # as it may
+        if begins_late or self.line.mode != HostMode.VER_2:
+            await asyncio.wait({answer}, timeout=ANSWER_AFTER_REST_S)
+        return answer.done()
+
+    async def _pause(self) -> None:
+        self.tell(None)  # the axes were seen to move
+        self._note_overdue()
+        if self._answer is None:
+            await super()._pause()
+        else:
+            # Commands are taken in their order: with the answer of the axes a refusal would have come.
+            await asyncio.wait({self._answer}, timeout=self._every_s)
+
+    def _note_overdue(self) -> None:
+        move = self.move
+        if self._overdue_at is not None and asyncio.get_running_loop().time() > self._overdue_at:
             self._overdue_at = None
-            self._move.evidence.append("It takes longer than its distance and speed account for.")
-            told = self._move.model_dump(include={"longest_s", "request_id"}) | {"move_id": self._move.id}
-            self.robot.publish("robot.move.overdue", told, self.unit, self._move.id)
+            move.evidence.append("It takes longer than its distance and speed account for.")
+            told = move.model_dump(include={"longest_s", "request_id"}) | {"move_id": move.id}
+            self.robot.publish("robot.move.overdue", told, self.unit, move.id)
 
-    async def _rests_without_answer(self, accepted: Accepted) -> bool:
-        """True if the axes stand still for certain, and the answer, where there is one, stays away."""
-        begins_late = self._move.status is MoveStatus.SENT  # as it may
-        if begins_late or self._line.mode != HostMode.VER_2:
-            await asyncio.wait({accepted.outcome}, timeout=ANSWER_AFTER_REST_S)
-            if accepted.outcome.done():
-                return False
-        axes = await self._status()
-        return axes is not None and at_rest(axes) and not accepted.outcome.done()
-
-    async def _status(self) -> list[AxisStatus] | None:
+    async def _axes(self) -> list[AxisStatus] | None:
         """Ask for the state of the axes; None when the move is lost, or they were out of reach for too long.
 
         After a loss of power they are asked, too: only what was seen is told of them.
         """
-        line, power = self._line, self.robot.known.power
-        longest_s = line.reply_timeout_s + line.late_reply_s + self.robot.poll_interval_s
-        silence = Silence(asyncio.get_running_loop().time(), longest_s)
-
-        def gives_up() -> bool:
-            if power.cycled and silence.silent_s + silence.out_of_reach_s > line.late_reply_s:
-                return True
-            self._tell(None)  # its client need not wait longer
-            return False
-
-        axes = await until_answered(
-            self._ask_status,
-            silence,
-            shows_silence=line.shows_silence,
-            pause_s=self.robot.poll_interval_s,
-            gives_up=gives_up,
-        )
-        if power.cycled:
-            self._lose_sight(_seen(axes), happened=power.what_happened(), acknowledge=ACKNOWLEDGE)
+        told = await self._answer_to(partial(self.unit.status, VERIFY))
+        axes = None if told is None else list(told.values())
+        if self.robot.known.power.cycled:
+            self._cycle = _seen(axes)
             return None
-        if axes is None:
-            sight = Sight.SILENT if silence.of_body else Sight.OUT_OF_REACH
-            begun = Begun.SEEN if self._doubt is None else Begun.IN_DOUBT
-            self._lose_sight(Unseen(sight, begun=begun), who=self._move.robot_id, unheard=silence.told)
         return axes
 
-    async def _ask_status(self) -> list[AxisStatus]:
-        return list((await self.unit.status(VERIFY)).values())
+    def _gives_up(self) -> bool:
+        unheard_s = self._silence.silent_s + self._silence.out_of_reach_s
+        if self.robot.known.power.cycled and unheard_s > self.line.late_reply_s:
+            return True
+        self.tell(None)  # its client need not wait longer
+        return False
 
-    async def _come_to_rest(self) -> list[AxisStatus] | None:
-        """Wait until the axes stand still, and give what they tell; None when the move is lost."""
-        axes = await self._status()
-        while axes is not None and not at_rest(axes):
-            self._moves()
-            await asyncio.sleep(self.robot.poll_interval_s)
-            axes = await self._status()
-        return axes
-
-    def _lose_sight(self, finding: Finding, **more: Any) -> None:
-        if not self._move.status.final:
-            self._move.position = None
-        self._end(finding, self._doubt, **more)
+    def _unseen(self) -> Found:
+        self.move.position, power = None, self.robot.known.power
+        if not power.cycled:
+            return super()._unseen()
+        return found(self._cycle, self._doubt, happened=power.what_happened(), acknowledge=ACKNOWLEDGE)
 
     # the end
 
-    async def _conclude(self, outcome: Outcome) -> None:
-        """End the move by its answer, or without one."""
-        if isinstance(outcome, FicsRefusal):
-            await self._rejected(outcome.error)
-        elif isinstance(outcome, RobotAnswered | SystemFailure):
-            self._move.completion = "reply"
-            if await self._come_to_rest():
-                await (self._failed(outcome.error) if isinstance(outcome, SystemFailure) else self._ended())
-        elif isinstance(outcome, NoReply):
-            await self._outlive(outcome)
-        else:
-            self._never_begun(outcome)
-            self._tell(outcome)
+    async def _finding(self, seen: AxesSeen, /) -> Found:
+        """Take the robot's answer, or what the axes tell without one."""
+        answer, self._answer = self._answer, None
+        if answer is not None and answer.done():
+            return await self._conclude(answer.result())
+        return await self._infer(seen.axes)
 
-    async def _rejected(self, error: str) -> None:
+    async def _conclude(self, outcome: Outcome) -> Found:
+        if isinstance(outcome, FicsRefusal):
+            return await self._rejected(outcome.error)
+        if isinstance(outcome, RobotAnswered | SystemFailure):
+            self.move.completion = "reply"
+            if await self._come_to_rest() is None:
+                return self._unseen()
+            return await (
+                self._failed(outcome.error) if isinstance(outcome, SystemFailure) else self._ended()
+            )
+        if isinstance(outcome, NoReply):
+            return await self._outlive(outcome)
+        self._refusal = outcome
+        return self._unbegun(outcome)
+
+    async def _rejected(self, error: str) -> Found:
         """It was refused; axes that have moved although their unit could be selected contradict that.
 
         A line that has doubled the command had them set going by the first copy.
         """
-        axes = await self._status() if error == IN_MOTION else []
+        axes = await self._axes() if error == IN_MOTION else []
         if axes is None:
-            return
+            return self._unseen()
         if error != IN_MOTION or (at_rest(axes) and await self._stands_as_before()):
-            refusal = await self._refusal(error)
-            self._never_begun(refusal)
-            self._tell(refusal)
-            return
-        self._move.evidence.append(
-            f"It refused {self._move.command} as in motion ({error}), and had stood still: the line has "
-            "doubled the command, or something else moves the axes."
-        )
-        await self._resolve(refused_in_motion(self.unit.address, self._move.command))
+            self._refusal = await self._refusal_of(error)
+            return self._unbegun(self._refusal)
+        return await self._resolve(self._executed_after_all(error, "axes"))
 
     async def _stands_as_before(self) -> bool:
         """True if axes at rest have not been elsewhere: a stop may have brought them to rest."""
         if self._stopped():
             return False
         await self._read_position()
-        return self._move.position is not None and not self._places().ran()
+        return self.move.position is not None and not self._places().ran()
 
-    async def _refusal(self, error: str) -> ControllerRefused:
+    async def _refusal_of(self, error: str) -> ControllerRefused:
         """As the robot tells it; that an axis is not homed it does not tell."""
-        move, target = self._move, self._move.target_position or {}
+        move, target = self.move, self.move.target_position or {}
         unknown = {name: None for name in target if (move.start_position or {}).get(name) is None}
         if error == CANNOT_BE_CARRIED_OUT:
             for axis, reason in (await self.unit.why_unknown(unknown)).items():
                 if reason == "not_homed":
-                    return RefusedUnhomed(move.robot_id, self._command, axis)
-        return refused(move.robot_id, self._command, error)
+                    return RefusedUnhomed(move.robot_id, self.command, axis)
+        return refused(move.robot_id, self.command, error)
 
-    async def _infer(self, axes: list[AxisStatus]) -> None:
+    async def _infer(self, axes: Sequence[AxisStatus]) -> Found:
         """The axes stand still, and nothing more will be said about it."""
-        self._move.completion = "inferred"
-        self._move.evidence.append("The axes were seen to stand still twice (ACD).")
-        if self._line.mode != HostMode.VER_2:
-            self._move.evidence.append("The answer of the robot stayed away.")
+        self.move.completion = "inferred"
+        self.move.evidence.append("The axes were seen to stand still twice (ACD).")
+        if self.line.mode != HostMode.VER_2:
+            self.move.evidence.append("The answer of the robot stayed away.")
         if await self._lost_power():
-            return
-        told = await self._talk.poll_error()
-        if self._left == self._line.unheard and told in OF_AN_END_IN_VAIN:
+            return self._unseen()
+        told = await self.robot.conversation.poll_error()
+        if self._left == self.line.unheard and told in OF_AN_END_IN_VAIN:
             self._power_kept = True
-            self._move.evidence.append(
+            self.move.evidence.append(
                 f"The refusal {told} was left unread, and no loss of power has cleared it."
             )
         await self._read_position()
-        if self._stopped():
-            await self._ended()
-        else:
-            await self._weigh(axes)
+        return await (self._ended() if self._stopped() else self._weigh(axes))
 
     async def _lost_power(self) -> bool:
         """True if the move is lost with the power; the robot may prove that it was kept."""
         try:
-            self._power_kept = await self._talk.see_power(self.unit)
+            self._power_kept = await self.robot.conversation.see_power(self.unit)
         except PowerCycled:
-            await self._status()  # it is lost with that
+            await self._axes()  # it is lost with that
             return True
         except GatewayError as unseen:
-            self._move.evidence.append(unseen.detail)
+            self.move.evidence.append(unseen.detail)
         return False
 
-    async def _weigh(self, axes: list[AxisStatus]) -> None:
-        """Judge the end of axes that no stop has stopped, by what they tell."""
+    async def _weigh(self, axes: Sequence[AxisStatus]) -> Found:
+        """Take the end of axes that no stop has stopped, by what they tell."""
         error = self.robot.known.error.latched
         if error is not None:
-            await self._failed(error.code or "999", looked=True)
-        elif any(map(in_trouble, axes)):
-            self._end(AtRest(Told.ALARM))
-        elif self._places().place() is Place.START:
-            self._end(AtRest(begun=Begun.UNREFUSED, place=Place.START))
-        else:
-            await self._ended()
+            return await self._failed(error.code or "999", looked=True)
+        if any(map(in_trouble, axes)):
+            return found(AtRest(Told.ALARM))
+        if self._places().place() is Place.START:
+            return found(AtRest(begun=Begun.UNREFUSED, place=Place.START))
+        return await self._ended()
 
-    async def _ended(self) -> None:
+    async def _ended(self) -> Found:
         """It has ended without an error, perhaps by a stop."""
         await self._read_position()
         places, stopped = self._places(), self._stopped()
         place = places.place()
         if place is Place.UNKNOWN and not stopped and places.ran_its_course():
-            place = Place.WITHOUT_TARGET if await self._has_kept_power(places) else place
-        if place is Place.TARGET and self._move.completion == "inferred":
-            self._move.evidence.append(AT_TARGET)
+            kept = await self._has_kept_power(places)
+            if kept is None:
+                return self._unseen()
+            place = Place.WITHOUT_TARGET if kept else place
+        if place is Place.TARGET and self.move.completion == "inferred":
+            self.move.evidence.append(AT_TARGET)
         stop = Stop.SENT if stopped else Stop.NONE
-        self._end(AtRest(stop=stop, begun=places.begun(), place=place))
+        return found(AtRest(stop=stop, begun=places.begun(), place=place))
 
-    async def _failed(self, code: str, *, looked: bool = False) -> None:
+    async def _failed(self, code: str, *, looked: bool = False) -> Found:
         """It has ended with an error of the system: that of a stop, or another."""
         await self._read_position()
         if not looked:
-            await self._talk.poll_error()
+            await self.robot.conversation.poll_error()
         text = self.robot.known.error.details_of(code)
-        failure = RobotFailed(self._move.robot_id, self._move.command, code, text)
+        failure = RobotFailed(self.move.robot_id, self.move.command, code, text)
         if self._places().stayed():
             failure.moved = "no"
         stop = Stop.SENT if self._stopped() else Stop.NONE
-        self._end(AtRest(Told.ERROR, stop=stop), failure, cause=f"error_{code}")
+        return found(AtRest(Told.ERROR, stop=stop), failure, cause=f"error_{code}")
 
-    async def _outlive(self, error: NoReply) -> None:
+    async def _outlive(self, error: NoReply) -> Found:
         """Its answer will not come: a move that was seen to run is followed to its end, as in Ver.2."""
-        if self._move.status is not MoveStatus.MOVING:
-            await self._resolve(error)
-        elif await self._come_to_rest() and (axes := await self._come_to_rest()):
-            await self._infer(axes)
+        if self.move.status is not MoveStatus.MOVING:
+            return await self._resolve(error)
+        rested = await self._come_to_rest() and await self._come_to_rest()
+        return await self._infer(rested.axes) if rested else self._unseen()
 
-    async def _resolve(self, error: NoReply) -> None:
-        """Judge a move that was not seen to begin by the axes, where they can prove it."""
-        self._doubt = error
-        if not await self._come_to_rest() or await self._lost_power():
-            return
-        self._move.completion = "inferred"
+    async def _resolve(self, doubt: NoReply, /) -> Found:
+        """Take what axes prove of a move that was not seen to begin."""
+        self._doubt = doubt
+        if await self._come_to_rest() is None or await self._lost_power():
+            return self._unseen()
+        self.move.completion = "inferred"
         await self._read_position()
         place = Place.TARGET if self._places().place() is Place.TARGET else Place.UNKNOWN
         if place is Place.TARGET:
-            self._move.evidence.append(AT_TARGET)
-        self._end(AtRest(begun=Begun.IN_DOUBT, place=place), error)
+            self.move.evidence.append(AT_TARGET)
+        return found(AtRest(begun=Begun.IN_DOUBT, place=place), doubt)
 
     # what positions prove
 
     async def _read_position(self) -> None:
         """A place that cannot be read is not known: the one before proves nothing."""
-        self._move.position = None
+        self.move.position = None
         with suppress(GatewayError):
-            self._move.position = await self.unit.position(self._move.coordinates, VERIFY)
+            self.move.position = await self.unit.position(self.move.coordinates, VERIFY)
 
     def _stopped(self) -> bool:
         """True if a stop was sent since the move was admitted."""
-        return self._line.stops != self._stops_before
+        return self.line.stops != self._stops_before
 
     def _places(self) -> PlaceProof:
-        move = self._move
+        move = self.move
         return PlaceProof(
-            command=self._command,
+            command=self.command,
             start=move.start_position or {},
             target=move.target_position,
             position=move.position,
@@ -477,12 +388,11 @@ class MoveRun:
             replied=move.completion == "reply",
         )
 
-    async def _has_kept_power(self, places: PlaceProof) -> bool:
-        """True if that is proved: by the mode, by what was left unread, or by places."""
-        if not self._power_kept and self._line.mode != HostMode.VER_2:
-            await self._lost_power()
-            return self._power_kept
-        return self._power_kept or places.shows_power()
+    async def _has_kept_power(self, places: PlaceProof) -> bool | None:
+        """True if that is proved: by the mode, by what was left unread, or by places; None if it was lost."""
+        if self._power_kept or self.line.mode == HostMode.VER_2:
+            return self._power_kept or places.shows_power()
+        return None if await self._lost_power() else self._power_kept
 
 
 def _seen(axes: list[AxisStatus] | None) -> PowerCycle:
@@ -491,18 +401,68 @@ def _seen(axes: list[AxisStatus] | None) -> PowerCycle:
     return PowerCycle.STANDS if at_rest(axes) else PowerCycle.MOVES
 
 
-class RobotMoves(MoveRuns[MoveRun, RobotMove]):
+@dataclass(eq=False)
+class RobotMotion(Motion[RobotRun, None]):
+    """A motion command of a unit."""
+
+    _waits_for = "robot"
+
+    epoch: int
+    """The stop epoch at admission."""
+
+    @asynccontextmanager
+    async def _held(self, _expires_at: float) -> AsyncIterator[None]:
+        [run] = self.runs
+        with preparing(run.who, run.command), run.robot.conversation.sending(run.command, run.unit):
+            yield
+
+    async def _prepare(self) -> None:
+        """Know the way, however long others have the robot: the caller of the move limits that."""
+        while True:
+            try:
+                return await self._know_the_way()
+            except Expired:
+                continue
+
+    async def _know_the_way(self) -> None:
+        """Know where the axes stand and should come to: what the move needs, and what proves its end."""
+        [run] = self.runs
+        unit, move, command = run.unit, run.move, run.command
+        try:
+            start = await unit.position(move.coordinates, Lane.COMMAND)
+            stored = await _stored(unit, command)
+        except NoReply as error:
+            raise NotSent(
+                f"{unit.address} did not tell its position before the move; the move was not sent.",
+                error.remedy,
+            ) from None
+        move.start_position = move.position = start
+        if None in start.values():
+            await run.robot.conversation.see_power()  # what has lost its power is not merely unhomed
+        move.target_position = target_of(unit, command, start, stored)
+        needed = places_it_needs(unit, command, start, move.target_position)
+        if None in needed.values():
+            await unit.require_places(needed, command)
+        if move.target_position:
+            move.longest_s = await longest_move_s(unit, move.coordinates, start, move.target_position)
+
+    async def _write(self, _: None, expires_at: float) -> Mapping[RobotRun, object]:
+        """Write the command once all that it depends on is proved; the robot answers on the way."""
+        [run] = self.runs
+        run.accept(
+            await run.robot.conversation.begin(
+                run.command,
+                run.unit,
+                epoch=self.epoch,
+                expires_at=expires_at,
+                on_written=run.sent,
+            )
+        )
+        return {}
+
+
+class RobotMoves(MoveRuns[RobotMove]):
     """All moves of all robots."""
-
-    def __init__(self, on_trajectory: Callable[[], None] = lambda: None) -> None:
-        super().__init__()
-        self._on_trajectory = on_trajectory
-        """Called when the trajectory of a move begins, or has ended."""
-        self.trajectories = Trajectories[RobotTrajectory]()
-
-    def of(self, unit: RobotUnit) -> list[RobotMove]:
-        """The unit's moves, newest first."""
-        return self.log.of(unit.address)
 
     async def start(
         self,
@@ -524,47 +484,26 @@ class RobotMoves(MoveRuns[MoveRun, RobotMove]):
         if not robot.known.motion.idle.is_set():
             raise RobotBusy(f"A move of {robot.id} is not over; nothing was sent.", "Wait for it or stop it.")
         move = _new(robot, unit, command)
-        run = MoveRun(robot, unit, command, move, self)
-        refusal = await self._start([(run, move)], partial(run.make, start_within_s), run.begun)
-        if refusal is not None:
+        run = RobotRun(self, robot, unit, command, move)
+        motion = RobotMotion([run], robot.line.stop_epoch)
+        run.tell = motion.answer
+        try:
+            await self._begin(motion, start_within_s)
+        except GatewayError as refusal:
             end = end_of(unit, command, move.start_position or {}, move.target_position)
             await name_limits(unit, move.coordinates, end, refusal)
-            raise refusal
+            raise
         return move
 
     def take_over(self, robot: Robot, move: RobotMove, *, begun: bool, since: str = RESTARTED) -> None:
         """Go on with a move of an earlier life: ask the robot, and follow the move to its end."""
-        unit, command = robot.unit(move.unit), _command_of(move)
-        run = MoveRun(robot, unit, command, move, self)
-        if self._take_over(run, move, begun=begun, asked="the robot", since=since):
-            self._see_through(move.id, run.take_over, run.begun, partial(self._give_up, [(run, move)]))
+        run = RobotRun(self, robot, robot.unit(move.unit), _command_of(move), move)
+        self._go_on(run, since, begun=begun)
 
-    def _move_of(self, who: MoveRun) -> RobotMove | None:
-        return who.unit.move
 
-    def _calls(self, who: MoveRun, error: GatewayError) -> Sequence[NextCall]:
-        return calls_for_robot(error, who.robot.id, who.robot.line.id, who.unit.number)
-
-    def _publish(self, news: str, who: MoveRun, move: RobotMove, /) -> Event:
-        return who.robot.publish(f"robot.move.{news}", move, who.unit, move.id)
-
-    def _was_sent(self, who: MoveRun, move: RobotMove) -> None:
-        began_at = move.sent_at or datetime.now(UTC)
-        who.unit.trajectory = RobotTrajectory(who.unit, move, began_at, asyncio.get_running_loop().time())
-        self.trajectories.begin(move.id, who.unit.trajectory)
-        self._on_trajectory()
-
-    def _claim(self, who: MoveRun, move: RobotMove, /) -> None:
-        who.unit.move = move
-        who.robot.known.motion.idle.clear()
-
-    def _free(self, who: MoveRun) -> None:
-        who.unit.move = who.unit.trajectory = None
-        who.robot.known.motion.idle.set()
-        self._on_trajectory()
-
-    def _lose(self, who: MoveRun, why: str, /) -> None:
-        who.withdraw(why)
+async def _stored(unit: RobotUnit, command: FicsCommand[Any]) -> list[float | None] | None:
+    """The position that a command goes to by a number, if it does; the robot refuses one that is not set."""
+    return await unit.stored(command.position, Lane.COMMAND) if isinstance(command, MoveToPosition) else None
 
 
 def _new(robot: Robot, unit: RobotUnit, command: FicsCommand[Any]) -> RobotMove:

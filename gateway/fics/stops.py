@@ -12,16 +12,14 @@ from gateway.core.errors import GatewayError
 from gateway.core.exchange import Lane
 from gateway.core.records import request_id_field
 from gateway.core.stops import (
-    CONFIRM_WITHIN_S,
     RECORD_WITHIN_S,
     REPEAT_S,
     BilingualReport,
     StopMode,
     StopNews,
     Stopping,
-    StopPlan,
+    StopsOfOne,
     StopState,
-    StopsUnderWay,
     standstill_unknown,
 )
 from gateway.core.supervisor import do_in_turn
@@ -30,6 +28,7 @@ from gateway.fics.axes import Places, Tell, at_rest
 from gateway.fics.conversation import Conversation
 from gateway.fics.errors import UnitMissing
 from gateway.fics.exchange import Outcome, RobotAnswered
+from gateway.fics.line import FicsLine
 from gateway.fics.units import RobotUnit
 from gateway.texts import Text, text
 from protocols.fics.link import FicsRefusal, SystemFailure
@@ -71,43 +70,27 @@ class EndsWithStops(Protocol):
         """Its stop is confirmed."""
 
 
-class RobotStops(StopsUnderWay[StopMode, "_RobotStop"]):
+class RobotStops(StopsOfOne["_RobotStop"]):
     """The stops of a robot that are under way. A second one of the same kind joins the first."""
 
     def __init__(
         self, units: Sequence[RobotUnit], conversation: Conversation, jogs: EndsWithStops, tell: Tell
     ) -> None:
-        super().__init__()
+        super().__init__(conversation.robot_id, partial(_RobotStop, units, conversation, tell))
         self._conversation, self._line = conversation, conversation.line
-        self._motion = conversation.known.motion
-        self._jogs = jogs
-        self._new = partial(_RobotStop, units, conversation, tell)
+        self._motion, self._jogs = conversation.known.motion, jogs
         self.was_proved = False
         """True if the last stop was being proved already when it was called late."""
         conversation.on_told = self._hear_error
 
-    def stop(self, mode: StopMode) -> "asyncio.Task[RobotStopReport]":
-        """Stop all axes; a stop is queued before this returns, and nothing older is sent after it.
-
-        The result comes when all stand still, or after two seconds with what is known then.
-        """
-        [stop] = self._begun(partial(self._plan, mode))
-        return asyncio.create_task(self._report(stop, self._tasks[stop]), name="stop report")
-
-    def _plan(self, mode: StopMode) -> StopPlan[StopMode]:
-        running = self._running.get(mode)
-        send = partial(self._begin_new, mode) if running is None else running.submit
-        return (self._line.begin_stop, self._jogs.robot_stops, send), (mode,)
-
     @property
     def unconfirmed(self) -> RobotStopReport | None:
         """The report of a stop that is not confirmed yet; None without one."""
-        reports = [stop.report for stop in self._tasks]
-        return next((report for report in reports if report.state != "confirmed"), None)
+        report: RobotStopReport | None = self.unconfirmed_among(self._tasks)
+        return report
 
-    def _begin_new(self, mode: StopMode) -> None:
-        stop = self._new(mode)
-        self._begin(mode, stop, f"the stop of {stop.report.robot_id}")
+    def _before(self) -> Sequence[Callable[[], object]]:
+        return self._line.begin_stop, self._jogs.robot_stops
 
     def _count(self, _: "_RobotStop") -> None:
         self._motion.stops = len(self._tasks)
@@ -121,11 +104,6 @@ class RobotStops(StopsUnderWay[StopMode, "_RobotStop"]):
         for stop in judged:
             stop.hear_error(error, one_brakes=one_brakes)
 
-    @staticmethod
-    async def _report(stop: "_RobotStop", task: "asyncio.Task[None]") -> RobotStopReport:
-        await asyncio.wait({task}, timeout=CONFIRM_WITHIN_S)
-        return stop.report
-
     def _at_standstill(self, stop: "_RobotStop") -> Sequence[Callable[[], object]]:
         self.was_proved = stop.disproves_its_alarm
         return self._motion.confirm_stop, self._jogs.robot_stands_still
@@ -138,6 +116,9 @@ class RobotStops(StopsUnderWay[StopMode, "_RobotStop"]):
 class _RobotStop(Stopping):
     """The stop of all axes, and everything that keeps it from being confirmed."""
 
+    report: RobotStopReport
+    _line: FicsLine
+
     def __init__(
         self,
         units: Sequence[RobotUnit],
@@ -145,16 +126,15 @@ class _RobotStop(Stopping):
         tell: Tell,
         mode: StopMode,
     ) -> None:
-        self.report = RobotStopReport(robot_id=units[0].robot_id)
         line, ramps = conversation.line, conversation.known.motion.ramps
-        super().__init__(mode, self.report, line.admission.held_s)
+        super().__init__(mode, RobotStopReport(robot_id=units[0].robot_id), line)
         if mode == "decelerate" and ramps.longest_s is not None:
             self.note_ramp(ramps.longest_s)
         self._run: set[int] = set()
         """Units that have told when they were last asked that they move."""
         self._told_at = 0.0
         """Age of the stop, in seconds, when a unit last told that it moves."""
-        self._units, self._conversation, self._line, self._tell = units, conversation, line, tell
+        self._units, self._conversation, self._tell = units, conversation, tell
         self._refusal: str | None = None
         """The error the robot refused it with, last."""
         self._said_at = self._judged_at = 0
@@ -288,10 +268,6 @@ class _RobotStop(Stopping):
         taken = self.report.state == "acknowledged" and self._refusal is None
         is_heard = self.waited_s - self._told_at < TOLD_TIMEOUTS * self._line.reply_timeout_s + REPEAT_S
         return taken and is_heard and bool(self._not_still) and self._run >= self._not_still.keys()
-
-    def reply_count(self) -> int:
-        """All of its line, which is the robot's alone."""
-        return self._line.counters["replies"]
 
     # telling
 

@@ -63,6 +63,16 @@ class RobotUnit(UnitAxes):
         self.trajectory: Trajectory[Places] | None = None
         """Samples of the move that is under way."""
 
+    def claim(self, move: RobotMove) -> None:
+        """Let no other move of the robot begin."""
+        self.move = move
+        self.known.motion.idle.clear()
+
+    def release(self) -> None:
+        """Let another move begin."""
+        self.move = self.trajectory = None
+        self.known.motion.idle.set()
+
     @property
     def stood_still(self) -> bool:
         """True if it stood still when it was last asked, and nothing was sent since that could move it."""

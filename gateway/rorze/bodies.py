@@ -163,6 +163,13 @@ class BodyMotion:
         self.announced.set()
         self.end_due.set()
 
+    def forget_signs(self, *, announced: bool, due: bool) -> None:
+        """Forget the signs that had come before the motor was seen to run: they are of an earlier move."""
+        if announced:
+            self.announced.clear()
+        if due:
+            self.end_due.clear()
+
     def stop_is_confirmed(self, *, disproves_its_alarm: bool) -> None:
         """A stop is proved; the proof may have been under way when the hardware stop was called for."""
         self.stop_was_proved = disproves_its_alarm

@@ -546,8 +546,9 @@ class Rorze(Family):
 
     # news
 
-    def _publish_move(self, kind: str, body: Body, move: Move) -> Event:
-        event = self.site.events.publish(kind, f"/bodies/{body.address}", move, correlation=move.id)
+    def _publish_move(self, what: str, body: Body, move: Move) -> Event:
+        publish = self.site.events.publish
+        event = publish(f"body.move.{what}", f"/bodies/{body.address}", move, correlation=move.id)
         do_each(
             "the news of a move", *(partial(listener.advanced, body, move) for listener in self.listeners)
         )

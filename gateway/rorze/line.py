@@ -33,6 +33,9 @@ from transports.trace import UNNAMED, FrameSubject
 
 log = logging.getLogger(__name__)
 
+SET_UP_AGAIN_S = 60.0
+"""Least seconds between requests to the link master to announce ends of moves, where it does not."""
+
 _ADDRESS = re.compile(b"&([0-9A-F]{2})|[$#]([0-9A-F])")
 _MEMBER = re.compile(rb"\[([0-7][0-9A-F]):")
 WRITTEN_WITHIN_S = 5.0
@@ -154,6 +157,8 @@ class Line(LineDriver[RorzeExchange, ReplyFrame | Message, ReplyFrame]):
         self.tells_of_stops = False
         """True if one event has told that its stops are not confirmed, since no body on it answers."""
         self.on_message: Callable[[Message], None] = lambda _: None
+        self._no_set_up_before = 0.0
+        """Time before which a missing announcement is no reason for a set-up, on the event loop's clock."""
         self._news_of_silence = asyncio.Event()
         self._nobody_answers = False
         self.roll = RollCall()
@@ -239,6 +244,15 @@ class Line(LineDriver[RorzeExchange, ReplyFrame | Message, ReplyFrame]):
         others = len(self.bodies) > 1
         all_are_silent = others and self._all_are_offline()
         return isinstance(error, NoReply | BodyOffline) and not all_are_silent
+
+    def missed_an_end(self, body: int) -> None:
+        """The end of a move was not announced, as after a restart: set the link master up, now and then."""
+        now = asyncio.get_running_loop().time()
+        if now >= self._no_set_up_before:
+            self._no_set_up_before = now + SET_UP_AGAIN_S
+            self.set_up_again(
+                f"the link master has not announced the end of a move of {body:02X}, as after a restart"
+            )
 
     def can_address(self, body: int) -> bool:
         """True if the line's way of addressing reaches this body number."""

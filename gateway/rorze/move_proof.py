@@ -1,10 +1,9 @@
 """The proof of a move by the controller's own state: that it was begun, is over, and how it ended."""
 
 import asyncio
-from collections.abc import Awaitable, Callable
+from collections.abc import Callable, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, field
-from typing import Any, Final, NamedTuple, TypeVar
+from typing import Any, Final, NamedTuple
 
 from gateway.core.errors import (
     BodyBusy,
@@ -14,37 +13,27 @@ from gateway.core.errors import (
     NoReply,
     NotSent,
     QueueFull,
-    refused_in_motion,
 )
 from gateway.core.exchange import Lane
 from gateway.core.move_record import Move, MoveStatus
-from gateway.core.move_runs import Silence
+from gateway.core.move_runs import Found, MoveRun, MoveRuns, found
+from gateway.core.next_calls import NextCall
+from gateway.core.supervisor import do_each
 from gateway.core.times import happens
-from gateway.core.verdicts import (
-    AtRest,
-    Begun,
-    Finding,
-    Heard,
-    Place,
-    Power,
-    Sight,
-    Stop,
-    Told,
-    Unseen,
-    Verdict,
-    VerdictWords,
-    judge,
-)
+from gateway.core.verdicts import AtRest, Begun, Heard, Place, Power, Stop, Told, VerdictWords, row_of
+from gateway.rorze.alarms import calls_for_body
 from gateway.rorze.asked_body import believed
 from gateway.rorze.bodies import ENCODER_SWAYS, STATUS, Body
 from gateway.rorze.errors import IN_MOTION
 from gateway.rorze.knowledge import MotorState
-from gateway.rorze.plans import target_of
+from gateway.rorze.plans import crossed_limit, target_of
 from gateway.rorze.power import POWER_ON_POSITION, PowerSeen, needs_place
-from gateway.rorze.probes import background_of, is_crowded, is_prompt
+from gateway.rorze.probes import background_of, follow_s, is_crowded, is_prompt, poll_s
+from gateway.rorze.samples import BodyTrajectory
 from protocols.rorze.inputs_outputs import GetSensors
 from protocols.rorze.modes import GetOperatingMode
 from protocols.rorze.origin import CentreStallDog, GetHomingDistance, OriginSearch
+from protocols.rorze.position import GetPosition
 from protocols.rorze.row import RorzeCommand
 from protocols.rorze.status import END_CAUSE_BITS, SENSOR_BITS, GetEndCause, names_of
 from protocols.table import Reply
@@ -73,11 +62,13 @@ CAUSES: Final = {
     "stop_command": "was stopped by a stop command that the gateway has not sent",
 }
 """Ends of a move that missed its target, in words, by the cause of its controller (RC-420 manual 9MD)."""
+OUT_OF_RANGE: Final = "0x5D"
+"""The controller's error; it does not say which range is meant."""
+WATCHED_S = 2.0
+"""A body that is watched is asked alone this often."""
 _END_CAUSE: Final = GetEndCause()
 
 _POWER: Final = {True: Power.KEPT, None: Power.UNPROVED, False: Power.LOST}
-
-T = TypeVar("T")
 
 
 def _same_reply(one: tuple[Reply, object], other: tuple[Reply, object]) -> bool:
@@ -92,57 +83,104 @@ class SharedWay(NamedTuple):
     tolerance: int
 
 
-@dataclass(eq=False)
-class MoveProof:
-    """The evidence of how the move of one body ends."""
+class BodyRun(MoveRun[Move, MotorState]):
+    """A move of a body, and the evidence of how it ends."""
 
-    body: Body
-    move: Move
-    before: MotorState | None = None
-    """The motor's state just before the command was sent."""
-    tolerance: int = 0
-    """Pulses by which the motor may miss the target."""
-    resumed: str = ""
-    """Why another life of the gateway, or another gateway, has begun it, which may have had the reply."""
-    _needs_proof: bool = False
-    _power: PowerSeen = field(default_factory=lambda: PowerSeen(None, 0))
-    """The state of the body's power just before the command was sent."""
-    _strayed: bool = False
-    """True if the motor was seen where its way does not lead."""
-    _half: MotorState | None = None
-    """A reading that counts when the next one agrees; no cut of the line undoes it."""
-    _doubled: NoReply | None = None
-    """The error that counts in place of a refusal as in motion, although the motor had stood still."""
-    _patience_s: float = OVERDUE_S
-    _silence: Silence = field(init=False)
-    set_ups: int = field(init=False)
-    """The line's count of set-ups when the motor was last seen to run, or when the move began."""
+    controller = "the body"
 
-    def __post_init__(self) -> None:
-        line = self.body.line
-        self.set_ups = line.set_ups
-        longest_s = line.reply_timeout_s + line.late_reply_s + self.body.poll_interval_s
-        self._silence = Silence(asyncio.get_running_loop().time(), longest_s)
+    def __init__(
+        self,
+        moves: MoveRuns[Move],
+        body: Body,
+        move: Move,
+        *,
+        before: MotorState | None = None,
+        tolerance: int = 0,
+        resumed: str = "",
+    ) -> None:
+        super().__init__(moves, move, body, body.line, body.address, body.poll_interval_s)
+        self.body, self.before = body, before
+        """`before` is the motor's state just before the command was sent."""
+        self._tolerance = tolerance
+        """Pulses by which the motor may miss the target."""
+        self._resumed = resumed
+        """Why another life of the gateway, or another gateway, has begun it, which may have had the reply."""
+        self._command: RorzeCommand[Any] | None = None
+        self._needs_proof = False
+        self._power = PowerSeen(None, 0)
+        """The state of the body's power just before the command was sent."""
+        self._strayed = False
+        """True if the motor was seen where its way does not lead."""
+        self._half: MotorState | None = None
+        """A reading that counts when the next one agrees; no cut of the line undoes it."""
+        self._doubled: NoReply | None = None
+        """The error that counts in place of a refusal as in motion, although the motor had stood still."""
+        self._patience_s = OVERDUE_S
+        self._asked_at = 0.0
+        self._set_ups = body.line.set_ups
+        """The line's count of set-ups when the motor was last seen to run, or when the move began."""
+
+    # the body
+
+    def _calls(self, error: GatewayError, /) -> Sequence[NextCall]:
+        return calls_for_body(error, self.who)
+
+    def _free(self) -> None:
+        self.body.release()
+        do_each("the end of a trajectory", lambda: self._moves.on_trajectory(self.body))  # it is free once
+
+    def _lose(self, _why: str, /) -> None:
+        self.body.may_move()  # what is not written yet never is: no move stands for it
+
+    def advance(self, status: MoveStatus, error: GatewayError | None = None) -> None:
+        """Change the status of the move, and note what its positions are counted in."""
+        self.move.counted_in = self.body.counted_in or self.move.counted_in
+        super().advance(status, error)
+
+    def set_going(self, command: RorzeCommand[Any], at: float) -> None:
+        """Its command is on the wire."""
+        self.body.was_set_going(command)
+        self.advance(MoveStatus.SENT)
+        trajectory = BodyTrajectory(self.body, self.move, command, at)
+        self.body.motion.trace(trajectory)
+        self._moves.trajectories.begin(self.move.id, trajectory)
+        self._moves.on_trajectory(self.body)
+
+    def _words(self) -> VerdictWords:
+        body, move = self.body, self.move
+        sent = "may have been sent" if move.sent_at is None else "was sent"
+        reply = f"before {self._resumed}" if self._resumed else "and no usable reply came"
+        return VerdictWords(
+            who=self.who,
+            announcer="The link master",
+            sending=f"{move.command} {sent} to {self.who} {reply}",
+            lost="has lost" if body.power.certain else "seems to have lost",
+            position=move.position,
+            where=f"at {move.position}",
+            target=move.target_position,
+            counted=" encoder counts" if move.counted_in == "encoder_counts" else " pulses",
+        )
 
     # before it is sent
 
-    async def know_the_start(self, command: RorzeCommand[Any]) -> None:
+    async def know_the_start(self, command: RorzeCommand[Any], stretch: SharedWay | None) -> None:
         """Prove that the motor rests, its place, and its target: the evidence if no reply comes.
 
         The parts of the controller's memory that the motion needs are proved last, right before it is sent.
+        The plan of a move, if there is one, knows the target by its `stretch`.
 
         :raises BodyBusy: it moves; what it does later would prove nothing of this move.
         :raises NotSent: it did not tell.
         :raises PowerCycled: it has lost its power, and would go to another place.
         :raises ControllerRefused: it did not tell where an entry of its position table leads to.
         """
-        body, move = self.body, self.move
+        body, move, self._command = self.body, self.move, command
         try:
             await self._begin_to_guard(command)
             self.before = await body.where_it_rests()
             move.start_position = move.position = self.before.position
             move.target_position = await self._target(command, self.before.position)
-            self.tolerance = await self._tolerance()
+            self._tolerance = await self._encoder_tolerance()
             await body.know_pattern(command)
             await self._prove_power(command)
         except NoReply as error:
@@ -156,24 +194,27 @@ class MoveProof:
                 f"{body.address} moves already, by {mover}; {move.command} was not sent.",
                 "Wait for its end or stop it.",
             )
+        if stretch is not None:
+            self._expect(stretch)
+        self._moves.log.on_change(move)  # before its intent: it is what the next life judges by
 
-    def expect(self, stretch: SharedWay) -> None:
+    def _expect(self, stretch: SharedWay) -> None:
         """Take the target from the plan of the move.
 
         :raises NotSent: the motor does not stand where the plan begins.
         """
         if self.before is None or self.before.position != stretch.start:
             raise NotSent(
-                f"{self.body.address} stands at {self.move.start_position}, and the move was planned from "
+                f"{self.who} stands at {self.move.start_position}, and the move was planned from "
                 f"{stretch.start}; {self.move.command} was not sent.",
                 "See what else moves it, and try again.",
             )
-        self.move.target_position, self.tolerance = stretch.target, stretch.tolerance
+        self.move.target_position, self._tolerance = stretch.target, stretch.tolerance
 
     async def _target(self, command: RorzeCommand[Any], start: int) -> int | None:
         return await believed(self.body.line, lambda: target_of(self.body, command, start, Lane.VERIFY))
 
-    async def _tolerance(self) -> int:
+    async def _encoder_tolerance(self) -> int:
         """An encoder may find the motor beside its target; pulses put out are counted, and never miss it."""
         if not self.body.configured.position_tolerance or self.move.target_position is None:
             return 0
@@ -200,15 +241,46 @@ class MoveProof:
 
     # while it may run
 
-    async def running(self) -> MotorState | None:
-        """Ask for the motor's state while the move is under way; None when it cannot be told any more."""
-        return await self._state(lambda state: state.runs or self._ended_as_asked(state))
+    async def follow(self, doubt: NoReply | None = None) -> None:
+        """Look until the motor rests; a command that was acknowledged has some time first."""
+        if doubt is None:
+            await happens(self.body.motion.end_due, poll_s(self.body.line))
+        await super().follow(doubt)
+        if self.move.completion == "polling" and self.move.status is not MoveStatus.LOST:
+            await self._expect_end_frame()
+
+    async def _look(self) -> MotorState | None:
+        """Ask for the motor's state; earlier signs of an end are of another move, if it runs."""
+        motion, line = self.body.motion, self.body.line
+        announced, due, set_ups = motion.announced.is_set(), motion.end_due.is_set(), line.set_ups
+        self._asked_at = asyncio.get_running_loop().time()
+        state = await self._state(lambda state: state.runs or self._ended_as_asked(state))
+        if state is not None:
+            self.move.position = state.position
+        if state is not None and state.runs:
+            self._set_ups = set_ups
+            motion.forget_signs(announced=announced, due=due)
+        return state
+
+    async def _pause(self) -> None:
+        body = self.body
+        took_s = asyncio.get_running_loop().time() - self._asked_at
+        pause_s = WATCHED_S if body.motion.watched else self._every_s
+        await happens(body.motion.end_due, max(pause_s, follow_s(body.line) - took_s))
+
+    async def _expect_end_frame(self) -> None:
+        """Wait for the announcement of an end, if the line has answered since the motor ran."""
+        body = self.body
+        if self._set_ups != body.line.set_ups:
+            return
+        if not await happens(body.motion.announced, MISSING_END_FRAME_S) and body.move is None:
+            body.line.missed_an_end(body.number)
 
     async def _state(self, plausible: Callable[[MotorState], bool]) -> MotorState | None:
         """Ask for the motor's state: twice where it is not plausible, or while the line garbles frames."""
         half: MotorState | None
         self._half = None
-        while (state := await self._answered(self._read)) is not None:
+        while (state := await self._answer_to(self._read)) is not None:
             half, self._half = self._half, state
             if half is not None and self._agree(state, half):
                 break
@@ -218,20 +290,6 @@ class MoveProof:
             self._half = None
             await self._watch_its_way(state)
         return state
-
-    async def _answered(self, question: Callable[[], Awaitable[T]]) -> T | None:
-        """Repeat a question until it is answered; None when there was silence for too long."""
-        loop, body = asyncio.get_running_loop(), self.body
-        while not self._silence.too_long:
-            try:
-                answer = await question()
-            except GatewayError as error:
-                self._silence.unanswered(loop.time(), silent=body.line.shows_silence(error))
-                await asyncio.sleep(body.poll_interval_s)
-            else:
-                self._silence.answered(loop.time())
-                return answer
-        return None
 
     async def _read(self) -> MotorState:
         """Ask what the motor does: behind clients while it runs, before them when that decides the move."""
@@ -288,7 +346,7 @@ class MoveProof:
         """True if both may be true: a motor at rest stays where it is."""
         if one.runs or other.runs:
             return one.runs and other.runs
-        same_place = abs(one.position - other.position) <= self.tolerance
+        same_place = abs(one.position - other.position) <= self._tolerance
         return same_place and (one.bits, one.cause) == (other.bits, other.cause)
 
     def _ended_as_asked(self, state: MotorState) -> bool:
@@ -298,7 +356,7 @@ class MoveProof:
 
     def _is_target(self, position: int | None) -> bool:
         target = self.move.target_position
-        return target is not None and position is not None and abs(position - target) <= self.tolerance
+        return target is not None and position is not None and abs(position - target) <= self._tolerance
 
     async def _watch_its_way(self, state: MotorState) -> None:
         """A motor that is elsewhere than between start and target has begun elsewhere.
@@ -306,7 +364,7 @@ class MoveProof:
         Seen twice, that is a sign of a loss of power, whatever the mark tells.
         """
         if state.runs and self._is_off_its_way(state):
-            again = await self._answered(lambda: self._ask(Lane.VERIFY))
+            again = await self._answer_to(lambda: self._ask(Lane.VERIFY))
             self._strayed |= again is not None and again.runs and self._is_off_its_way(again)
 
     def _is_off_its_way(self, state: MotorState) -> bool:
@@ -314,80 +372,89 @@ class MoveProof:
         if start is None or target is None or self.move.kind == "interpolated":
             return False
         sways = 0 if self.body.counted_in == "pulses" else ENCODER_SWAYS
-        slack = max(self.tolerance, self.body.configured.position_tolerance, sways)
+        slack = max(self._tolerance, self.body.configured.position_tolerance, sways)
         return not min(start, target) - slack <= state.position <= max(start, target) + slack
 
     # the verdict
 
-    async def contradicted(self, refusal: ControllerRefused) -> NoReply | None:
-        """See whether a refusal hides that the command was executed: what then counts in its place.
+    def _was_refused(self, error: GatewayError, /) -> bool:
+        return isinstance(error, ControllerRefused) and error.address in (self.who, self.move.group_id)
+
+    async def look_into(self, refusal: ControllerRefused) -> GatewayError:
+        """See whether a refusal hides that the command was executed, and name the limits it is about.
 
         A motor that stood still is in motion when a line that has doubled the command had it set going by the
         first copy, whose reply was lost.
         """
+        if await self._contradicts(refusal):
+            self._doubled = self._executed_after_all(refusal.error_code, "motor")
+            return self._doubled
+        if self._command is not None:
+            await _name_limits(self.body, self._command, refusal)
+        if self.move.status is MoveStatus.SENT:
+            self.body.was_refused()
+        return refusal
+
+    async def _contradicts(self, refusal: ControllerRefused) -> bool:
         before = self.before
         if refusal.error_code not in IN_MOTION or self.move.status is not MoveStatus.SENT or before is None:
-            return None
+            return False
         state = await self._state(lambda _: False)
-        if state is not None and not state.runs and state.position == before.position:
-            return None
-        self._note(
-            f"It refused {self.move.command} as in motion ({refusal.error_code}), and had stood still: the "
-            "line has doubled the command, or something else moves the motor."
-        )
-        self._doubled = refused_in_motion(self.body.address, self.move.command)
-        return self._doubled
+        return state is None or state.runs or state.position != before.position
 
-    async def without_reply(self, error: NoReply) -> Verdict | None:
+    async def _resolve(self, doubt: NoReply, /) -> Found | None:
         """Let the motor tell whether the command was executed, as no reply did; None if the move runs on."""
         state = await self._state(lambda _: False)
         if state is None:
-            return self.given_up(error)
+            return self._unseen()
         self.move.position = state.position
         if state.runs:
+            self._doubt = None
             if self._doubled is None:
-                self._note(f"The motor runs, and had stood still{self._executed}{self._of_reply(error)}")
+                self._note(f"The motor runs, and had stood still{self._executed}{self._of_reply(doubt)}")
             return None
         kept = False if await self._fell_back(state) else await self._mark_tells()
         if kept is False:
             self.body.stands()
-            return self._judged(AtRest(power=Power.LOST, begun=Begun.IN_DOUBT))
+            return found(AtRest(power=Power.LOST, begun=Begun.IN_DOUBT))
         if self._tells_its_end(state):
-            self._note(f"The motor has moved, and has come to rest{self._of_reply(error)}")
-            return await self.at_rest(state)
+            self._doubt = None
+            self._note(f"The motor has moved, and has come to rest{self._of_reply(doubt)}")
+            return await self._at_rest(state)
         if kept or not self.body.life.was_silent:
             if self._travelled_to_target(state):
-                self._note(f"The motor stands at the target{self._of_reply(error)}")
+                self._doubt = None
+                self._note(f"The motor stands at the target{self._of_reply(doubt)}")
                 return None
             if self._untouched(state) and (kept or await self._still_counts(state)):
                 self.body.stands()
                 stays = self.move.start_position == self.move.target_position
                 place = Place.TARGET_AS_BEFORE if stays else Place.START
-                return self._judged(AtRest(begun=Begun.IN_DOUBT, place=place))
-        return await self._of_unproved(state, kept, error)
+                return found(AtRest(begun=Begun.IN_DOUBT, place=place))
+        return await self._of_unproved(state, kept, doubt)
 
-    async def _of_unproved(self, state: MotorState, kept: bool | None, error: NoReply) -> Verdict:
+    async def _of_unproved(self, state: MotorState, kept: bool | None, doubt: NoReply) -> Found:
         self.body.stands()
         if kept is None and state.position == POWER_ON_POSITION and self.move.kind != "home":
             self._not_known(f"it stands at {POWER_ON_POSITION}, and no mark stands")
         elif kept:
             await self._note_missed(state)
         power = Power.KEPT if kept else Power.UNPROVED
-        return self._judged(AtRest(power=power, begun=Begun.IN_DOUBT, place=Place.UNKNOWN), error)
+        return found(AtRest(power=power, begun=Begun.IN_DOUBT, place=Place.UNKNOWN), doubt)
 
     @property
     def _executed(self) -> str:
         """The conclusion from a motor that runs: in another life something else may have set it going."""
-        return "" if self.resumed else ": the command was executed"
+        return "" if self._resumed else ": the command was executed"
 
     def _of_reply(self, error: NoReply) -> str:
         """The fate of the reply, as the end of a sentence."""
         if self._doubled is not None:
             return "."
         if self.move.acknowledged_at is not None:
-            return f"; the command was acknowledged before {self.resumed}."
-        if self.resumed:
-            return f"; nobody knows whether a reply came before {self.resumed}."
+            return f"; the command was acknowledged before {self._resumed}."
+        if self._resumed:
+            return f"; nobody knows whether a reply came before {self._resumed}."
         usable = "usable " if isinstance(error, GarbledReply) else ""
         return f", although no {usable}reply came."
 
@@ -422,32 +489,35 @@ class MoveProof:
         In another life something else may have moved the motor since.
         """
         told = bool(state.cause) or self._was_stopped_at(state)
-        return told and not self.resumed and self._has_moved(state)
+        return told and not self._resumed and self._has_moved(state)
 
     def _was_stopped_at(self, state: MotorState) -> bool:
         """True if a stop was confirmed there since the command was sent."""
         return self.body.motion.stopped_at is not None and state.position == self.body.motion.stopped_at
 
-    async def at_rest(self, state: MotorState) -> Verdict:
-        """How the move ended that came to rest."""
+    async def _finding(self, seen: MotorState, /) -> Found:
+        self.move.completion = "frame" if self.body.motion.announced.is_set() else "polling"
+        self.body.stands()
+        return await self._at_rest(seen)
+
+    async def _at_rest(self, state: MotorState) -> Found:
         causes = names_of(state.cause, END_CAUSE_BITS)
         if causes:
             await self._fell_back(state)
             told = Told.STOP if causes == ["stop_command"] else Told.CAUSE
             ended = " and ".join(CAUSES[cause] for cause in causes)
-            return self._judged(AtRest(told), cause="+".join(causes), ended=ended)
-        finding = await self._finding(state)
-        verdict = self._judged(finding, self._doubled)
-        if verdict.status is MoveStatus.FAILED and await self._note_missed(state):
-            return self._judged(finding._replace(power=Power.UNPROVED))
-        if verdict.status is MoveStatus.SUCCEEDED:
-            if self.move.kind == "home":
-                await self._homed()
-            elif self.body.configured.in_position:
-                return await self._without_in_position() or verdict
-        return verdict
+            return found(AtRest(told), cause="+".join(causes), ended=ended)
+        finding = await self._without_cause(state)
+        status = row_of(finding).status
+        if status is MoveStatus.FAILED and await self._note_missed(state):
+            return found(finding._replace(power=Power.UNPROVED))
+        if status is MoveStatus.SUCCEEDED and self.move.kind == "home":
+            await self._homed()
+        elif status is MoveStatus.SUCCEEDED and self.body.configured.in_position:
+            return await self._without_in_position() or found(finding)
+        return found(finding, self._doubled)
 
-    async def _finding(self, state: MotorState) -> AtRest:
+    async def _without_cause(self, state: MotorState) -> AtRest:
         """The finding of a move that was executed, and whose end has no cause."""
         kept = False if await self._fell_back(state) else await self._kept_its_power()
         if self.move.target_position is None:
@@ -461,19 +531,19 @@ class MoveProof:
             place=place,
         )
 
-    async def _without_in_position(self) -> Verdict | None:
+    async def _without_in_position(self) -> Found | None:
         """Wait for the servo drive to arrive (INP): how the move ends if it does not, else None."""
         body = self.body
-        if await self._answered(body.know_mode) != "servo":
+        if await self._answer_to(body.know_mode) != "servo":
             return None
         until = asyncio.get_running_loop().time() + IN_POSITION_S
-        while not (sensor := await self._answered(self._ask_for_in_position)):
+        while not (sensor := await self._answer_to(self._ask_for_in_position)):
             if sensor is None:
-                return self.given_up()
+                return self._unseen()
             if body.life.being_stopped or body.motion.stopped_at is not None:
-                return self._judged(AtRest(Told.STOP))
+                return found(AtRest(Told.STOP))
             if asyncio.get_running_loop().time() > until:
-                return self._judged(AtRest(Told.NOT_IN_POSITION), waited_s=IN_POSITION_S)
+                return found(AtRest(Told.NOT_IN_POSITION), waited_s=IN_POSITION_S)
             body.motion.end_due.clear()
             await happens(body.motion.end_due, body.poll_interval_s)
         self._note("The servo drive reports that it is in position (INP).")
@@ -493,40 +563,17 @@ class MoveProof:
             )
             self.move.homing_distance = told.pulses
 
-    def given_up(self, error: GatewayError | None = None) -> Verdict:
-        """The verdict on a move whose end was not seen; `error` where it is unknown if it was begun."""
-        move, stopped_at, half = self.move, self.body.motion.stopped_at, self._half
-        heard, place = Heard.NOTHING, move.position
+    def _unseen(self) -> Found:
+        """The finding about a motor out of sight, by the last sign of it."""
+        stopped_at, half = self.body.motion.stopped_at, self._half
         if stopped_at is not None:
-            place = move.position = stopped_at
-        elif self.body.motion.announced.is_set():
-            heard = Heard.END
-        elif half is not None and not half.runs:
-            heard, place = Heard.STANDSTILL, half.position
-        finding = Unseen(
-            Sight.SILENT if self._silence.of_body else Sight.OUT_OF_REACH,
-            heard,
-            Stop.NONE if stopped_at is None else Stop.CONFIRMED,
-            Begun.SEEN if error is None else Begun.IN_DOUBT,
-        )
-        return self._judged(finding, error, position=place)
-
-    def _judged(self, finding: Finding, error: GatewayError | None = None, **more: Any) -> Verdict:
-        body, move = self.body, self.move
-        sent = "may have been sent" if move.sent_at is None else "was sent"
-        reply = f"before {self.resumed}" if self.resumed else "and no usable reply came"
-        words = VerdictWords(
-            who=body.address,
-            announcer="The link master",
-            sending=f"{move.command} {sent} to {body.address} {reply}",
-            unheard=self._silence.told,
-            lost="has lost" if body.power.certain else "seems to have lost",
-            position=move.position,
-            where=f"at {move.position}",
-            target=move.target_position,
-            counted=" encoder counts" if move.counted_in == "encoder_counts" else " pulses",
-        )
-        return judge(finding, words._replace(**more), error)
+            self.move.position = stopped_at
+            return self._out_of_sight(stop=Stop.CONFIRMED)
+        if self.body.motion.announced.is_set():
+            return self._out_of_sight(Heard.END)
+        if half is not None and not half.runs:
+            return self._out_of_sight(Heard.STANDSTILL, position=half.position)
+        return self._out_of_sight()
 
     # its power
 
@@ -556,7 +603,7 @@ class MoveProof:
 
     async def _note_missed(self, state: MotorState) -> bool:
         """True if a motor that rests beside its target, and tells no cause, may have lost its power."""
-        doubted = self._has_moved(state) and await self._answered(self.body.know_mode) != "encoder"
+        doubted = self._has_moved(state) and await self._answer_to(self.body.know_mode) != "encoder"
         if doubted:
             self._not_known(f"it came to rest at {state.position}, and tells no cause")
         return doubted
@@ -593,7 +640,7 @@ class MoveProof:
 
     async def _mark_tells(self) -> bool | None:
         """True if its mark proves that it has kept its power; None where there is none, or no answer."""
-        if self._mark_stood() and await self._answered(self._ask_for_mark) is None:
+        if self._mark_stood() and await self._answer_to(self._ask_for_mark) is None:
             return None
         return self.body.power.kept_since(self._power)
 
@@ -657,3 +704,18 @@ class MoveProof:
 
     def _note(self, sentence: str) -> None:
         self.move.evidence.append(sentence)
+
+
+async def _name_limits(body: Body, command: RorzeCommand[Any], refusal: ControllerRefused) -> None:
+    """Name the target and the limit, where a refused move leads beyond one; only reads are sent."""
+    if refusal.error_code != OUT_OF_RANGE:
+        return
+    try:
+        here, _ = await body.ask(GetPosition())
+        target = await target_of(body, command, here.pulses)
+        crossed = None if target is None else await crossed_limit(body, target)
+    except GatewayError:
+        return  # the refusal stands, with the controller's own words
+    if crossed is None:
+        return
+    refusal.reword("body.beyond-limits", body=body.address, code=refusal.command_code, beyond=crossed.said)

@@ -22,6 +22,7 @@ from gateway.core.stops import (
     StopPlan,
     StopState,
     StopsUnderWay,
+    is_under_way,
     standstill_unknown,
 )
 from gateway.core.stops import StopMode as StopMode
@@ -264,8 +265,8 @@ class Stops(StopsUnderWay[tuple[Body, StopMode], "_BodyStop"]):
 
     def unconfirmed(self, body: Body) -> StopReport | None:
         """The report of a stop of the body that is not confirmed yet."""
-        reports = [stop.report for stop in self._tasks if stop.body is body]
-        return next((report for report in reports if report.state != "confirmed"), None)
+        report: StopReport | None = self.unconfirmed_among(stop for stop in self._tasks if stop.body is body)
+        return report
 
     def _with_interpolation_partners(self, bodies: Iterable[Body]) -> list[Body]:
         """An axis of an interpolated move takes the others of its group with it."""
@@ -334,7 +335,14 @@ class _Look(NamedTuple):
 
 
 class _BodyStop(Stopping):
-    """The stop of one body, and of the user program that could start its next move."""
+    """The stop of one body, and of the user program that could start its next move.
+
+    The end of the program follows the reply, for the link may take one frame at a time; where none is to be
+    expected it goes at once.
+    """
+
+    one_at_a_time = True
+    report: StopReport
 
     def __init__(
         self,
@@ -345,8 +353,7 @@ class _BodyStop(Stopping):
         company_of: Callable[[Body], list[Body]],
         silent_lines: SilentLines,
     ) -> None:
-        self.report = StopReport(body_id=body.address)
-        super().__init__(mode, self.report, body.line.admission.held_s)
+        super().__init__(mode, StopReport(body_id=body.address), body.line)
         self.body = body
         self._sweep, self._company_of, self._silent_lines = sweep, company_of, silent_lines
         self._most = 1
@@ -354,7 +361,6 @@ class _BodyStop(Stopping):
         self.silent_after_s = max(REPEAT_S, body.line.reply_timeout_s)
         self._events = events
         self._stopped_in = Lane.STOP
-        self._stop: asyncio.Future[Outcome] | None = None
         self._end: asyncio.Future[Outcome] | None = None
         """The end of the program."""
         self._answers = True
@@ -366,21 +372,12 @@ class _BodyStop(Stopping):
 
     # sending
 
-    def submit(self) -> None:
-        """Send the stop, unless the last one still waits for its turn or its reply.
-
-        The end of the program follows the reply, for the link may take one frame at a time; where none is
-        to be expected it goes at once.
-        """
-        if not _under_way(self._stop):
-            super().submit()
-
     def _send_stop(self) -> "asyncio.Future[Outcome]":
         self._stopped_in = self._lane()
-        self._stop = self._send(_stop_of(self.mode), self.note_written)
+        stop = self._send(_stop_of(self.mode), self.note_written)
         if self._stopped_in is Lane.STOP_REPEAT:
             self._end_program()
-        return self._stop
+        return stop
 
     def _lane(self) -> Lane:
         return Lane.STOP if self._answers else Lane.STOP_REPEAT
@@ -408,7 +405,7 @@ class _BodyStop(Stopping):
 
     def _end_program(self) -> None:
         """End the user program, too (RC-420 manual 14, UES)."""
-        if _under_way(self._end) or self._is_free_of_programs():
+        if is_under_way(self._end) or self._is_free_of_programs():
             return
         immediately = self.mode == "immediate"
         with suppress(GatewayError):
@@ -499,7 +496,7 @@ class _BodyStop(Stopping):
         Its reply may still stand behind those of others, and what was asked before it was to stand proves
         nothing.
         """
-        is_open = _under_way(self._stop) and self.report.state == "sent" and is_heard(self.body.line)
+        is_open = is_under_way(self._stop) and self.report.state == "sent" and is_heard(self.body.line)
         may_be = self._answers and (is_open or self.report.state == "acknowledged")
         return may_be and not self._is_refuted() and self._in_time() and not is_silent(self.body.line)
 
@@ -576,10 +573,6 @@ class _BodyStop(Stopping):
             return False
         return bool(program.status & PROGRAM_RUNS)
 
-    def reply_count(self) -> int:
-        """All of its line: while others answer, its own turn comes."""
-        return self.body.line.counters["replies"]
-
     # telling
 
     def why_not(self) -> list[Text]:
@@ -597,10 +590,6 @@ async def _move_recorded(body: Body) -> None:
     """Wait a little until the stopped move is over in the records too: a new one may then follow at once."""
     if body.move is not None:
         await happens(body.motion.free, RECORD_WITHIN_S)
-
-
-def _under_way(future: "asyncio.Future[Outcome] | None") -> bool:
-    return future is not None and not future.done()
 
 
 async def _over(future: "asyncio.Future[Outcome] | None") -> None:

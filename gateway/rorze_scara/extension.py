@@ -162,9 +162,8 @@ class Scaras(Extension):
         """Take over the moves of robots that are still configured, once those of the bodies are."""
         self.moves.resume(self._scaras, records, since)
 
-    def _publish_move(self, what: str, move: ScaraMove) -> Event:
-        subject = f"/scaras/{move.scara_id}"
-        return self.site.events.publish(f"scara.move.{what}", subject, move, correlation=move.id)
+    def _publish_move(self, what: str, scara: Scara, move: ScaraMove) -> Event:
+        return self.site.events.publish(f"scara.move.{what}", scara.path, move, correlation=move.id)
 
     # the end
 

@@ -1,17 +1,16 @@
 """The moves of SCARA robots: one frame starts all axes, and when one fails all stop (RC-420 manual 13.10)."""
 
 import asyncio
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from contextlib import ExitStack
-from dataclasses import dataclass, field
+from collections.abc import AsyncIterator, Callable, Iterable, Mapping, Sequence
+from contextlib import ExitStack, asynccontextmanager
+from dataclasses import dataclass
 from datetime import UTC, datetime
 from functools import partial
-from typing import Any, Final, TypeVar
+from typing import Any, Final
 
 from gateway.core.errors import (
     BodyBusy,
     ControllerRefused,
-    GatewayEnding,
     GatewayError,
     InvalidRequest,
     Moved,
@@ -20,14 +19,13 @@ from gateway.core.errors import (
 )
 from gateway.core.events import Event
 from gateway.core.exchange import Lane
-from gateway.core.journal.intents import OF_MOVES
 from gateway.core.move_record import RESTARTED, Move, MoveStatus
-from gateway.core.move_runs import Beginning, MoveRuns, in_the_middle
-from gateway.core.next_calls import NextCall
-from gateway.core.origin import new_id, working
-from gateway.core.supervisor import supervise
-from gateway.core.verdicts import Unbegun, Unwatched, Verdict, VerdictWords, judge, worst_of
-from gateway.rorze.bodies import Body, Group
+from gateway.core.move_runs import Found, Motion, MoveRun, MoveRuns, found
+from gateway.core.origin import new_id
+from gateway.core.supervisor import supervised
+from gateway.core.times import happens
+from gateway.core.verdicts import Unwatched, VerdictWords, worst_of
+from gateway.rorze.bodies import Body, Group, idle_bodies_of
 from gateway.rorze.knowledge import PULSES_RUNNING
 from gateway.rorze.move_proof import MOTION_ERRORS, SharedWay
 from gateway.rorze.moves import Moves
@@ -64,37 +62,255 @@ WATCH_S: Final = 0.1
 ATTEMPTS: Final = 3
 """Tries in all of a preparation that gets no reply."""
 
-T = TypeVar("T")
+
+class ScaraRun(MoveRun[ScaraMove, "ScaraRun"]):
+    """A move of a robot: its axes have moves of their own, which are watched over together."""
+
+    controller = "each of its axes"
+
+    def __init__(self, keeper: "ScaraMoves", scara: Scara, move: ScaraMove) -> None:
+        super().__init__(keeper, move, scara, scara.line, scara.id, WATCH_S)
+        self.scara = scara
+        self.moves: dict[Body, Move] = {}
+        """The moves of the bodies, once they are begun."""
+        self._keeper = keeper
+        self._begun = False
+        """True if the controllers have accepted or refused it."""
+        self._errors: Mapping[Body, int] = {}
+        """Errors that each body had before."""
+        self._stopping: asyncio.Task[Any] | None = None
+        self._over = asyncio.Event()
+        """Set when all axes have ended."""
+
+    # the robot
+
+    def _free(self) -> None:
+        self._keeper.forget(self)
+        if self.scara.move is self.move:  # one of other bodies was never claimed
+            super()._free()
+
+    def _lose(self, _why: str, /) -> None:
+        """Stop the axes that may move, since their ends can no longer be coordinated."""
+        if self.moves:
+            self._keeper.stops.stop(self.scara.members, self.scara.on_fault)
+
+    def advance(self, status: MoveStatus, error: GatewayError | None = None) -> None:
+        """Change the status of the move, and note what is known of its axes at its end."""
+        if status.final and self.move.axes:
+            self._note_axes()
+            if status in (MoveStatus.SUCCEEDED, MoveStatus.STOPPED, MoveStatus.FAILED):
+                place = self.scara.robot.place([axis.position for axis in self.move.axes])
+                self.move.coordinates = ScaraPlace.of(place)
+        super().advance(status, error)
+
+    # what bodies tell
+
+    def advanced(self, body: Body, move: Move) -> None:
+        """The move of a body has changed its status."""
+        self.moves[body] = move
+        if move.status is MoveStatus.QUEUED:
+            self._note_axes()
+            self._keeper.log.on_change(self.move)  # the next life has to know the moves of its axes
+        if move.status is MoveStatus.SENT and self.move.status is MoveStatus.QUEUED:
+            self.advance(MoveStatus.SENT)
+        self._look_after()
+
+    def failed(self, body: Body, why: str) -> None:
+        """Something has happened to an axis: the others need not wait until it is proved."""
+        if self._begun and self._is_under_way():
+            self._stop_all(body, why)
+
+    def begin(self) -> None:
+        """The controllers have accepted or refused it."""
+        self._begun = True
+        acknowledged = [body for body, move in self.moves.items() if move.acknowledged_at]
+        self.move.acknowledged_at = datetime.now(UTC) if acknowledged else None
+        for body, move in self.moves.items():
+            if acknowledged and not move.acknowledged_at and not move.status.final:
+                self.failed(body, "it has not answered the start, and others have")
+
+    # while it runs
+
+    async def follow(self, doubt: NoReply | None = None) -> None:
+        """Ask all controllers at once how they are, until all have ended or one is in trouble."""
+        self._begun = True
+        known = ((body, body.told.status_bits) for body in self.moves)
+        self._errors = {body: MOTION_ERRORS if bits is None else bits & MOTION_ERRORS for body, bits in known}
+        self._look_after()
+        await super().follow(doubt)
+
+    async def _come_to_rest(self) -> "ScaraRun":
+        """Watch, in spite of faults of the gateway itself, until no axis has a move any more."""
+        with ExitStack() as watched:
+            for body in self._errors:
+                watched.enter_context(body.motion.watched_as_a_whole())
+            await supervised(f"the watch of {self.move.id}", self._watch)
+        for body in self.moves:
+            await body.motion.free.wait()
+        return self
+
+    async def _watch(self) -> None:
+        await super()._come_to_rest()
+
+    @property
+    def runs(self) -> bool:
+        """True while an axis may still move, and none is in trouble."""
+        return self._is_under_way() and self._stopping is None
+
+    def _is_under_way(self) -> bool:
+        return any(not move.status.final for move in self.moves.values())
+
+    async def _look(self) -> "ScaraRun":
+        """Have who rests looked at; stop all where one is missing twice, or has an error it did not have."""
+        if not self.runs:
+            return self
+        seen = await _statuses(self.scara.group)
+        missing = [body for body in self._errors if seen and body not in seen]
+        if missing:
+            again = await _statuses(self.scara.group)
+            missing = [body for body in missing if again and body not in again]
+        for body in missing:
+            self.failed(body, "it does not answer, and others do")
+        for body, before in self._errors.items():
+            bits = seen.get(body, PULSES_RUNNING)
+            if not bits & PULSES_RUNNING:
+                body.motion.end_due.set()
+            if bits & MOTION_ERRORS & ~before:
+                self.failed(body, "it reports an error")
+        return self
+
+    async def _pause(self) -> None:
+        await happens(self._over, self._every_s)
+
+    def _seen_to_move(self) -> None:
+        """Note that an axis was seen to run."""
+        if any(move.status is MoveStatus.MOVING for move in self.moves.values()):
+            super()._seen_to_move()
+
+    def _look_after(self) -> None:
+        """See what has become of the axes."""
+        if not self._begun or self.move.status.final:
+            return
+        self._note_axes()
+        if not self._is_under_way():
+            self._over.set()
+            return
+        for body, move in self.moves.items():
+            if move.status.final and move.status is not MoveStatus.SUCCEEDED:
+                self._stop_all(body, f"its move is {move.status}")
+                return
+        self._seen_to_move()
+
+    def _stop_all(self, body: Body, why: str) -> None:
+        """Stop every axis, once."""
+        if self._stopping is not None:
+            return
+        self._stopping = self._keeper.stops.stop(self.scara.members, self.scara.on_fault)
+        axis = self.scara.members.index(body)
+        self.move.evidence.append(
+            f"All axes were stopped at the first sign, from {body.address}, axis {axis}: {why}."
+        )
+
+    # the end
+
+    async def _finding(self, _: "ScaraRun", /) -> Found:
+        """Find the worst of the ends of the axes: it tells how the robot's move did."""
+        self.move.failed_axes = sorted(self.scara.members.index(body) for body in self._failed())
+        return found(worst_of(move.status for move in self.moves.values()))
+
+    def _failed(self) -> dict[Body, Move]:
+        fine = MoveStatus.SUCCEEDED, MoveStatus.STOPPED
+        return {body: move for body, move in self.moves.items() if move.status not in fine}
+
+    def _words(self) -> VerdictWords:
+        failed = self._failed()
+        told = [
+            f"Axis {self.scara.members.index(body)}: {move.error.detail if move.error else _cause(move)}"
+            for body, move in failed.items()
+        ]
+        return VerdictWords(
+            self.who,
+            "finger",
+            begins="move was started",
+            stopped=", and all its axes were stopped" if self._stopping else "",
+            told=" ".join(told),
+            cause="+".join(dict.fromkeys(_cause(move) for move in failed.values())),
+            moved=self._moved(),
+        )
+
+    def _moved(self) -> Moved:
+        told = {"yes" if move.error is None else move.error.moved for move in self.moves.values()}
+        return "yes" if "yes" in told else "unknown" if "unknown" in told else "no"
+
+    def _note_axes(self) -> None:
+        """Write into the record what is known of its axes."""
+        moves = {body.address: move for body, move in self.moves.items()}
+        for axis in self.move.axes:
+            move = moves.get(axis.body_id)
+            if move is not None:
+                axis.move_id, axis.status, axis.end_cause = move.id, move.status, move.end_cause
+                axis.position = axis.position if move.position is None else move.position
 
 
 @dataclass(eq=False)
-class _Run:
-    """A move under way."""
+class ScaraMotion(Motion[ScaraRun, Plan]):
+    """A move that is prepared at all controllers and started by one frame for all axes."""
 
-    scara: Scara
-    move: ScaraMove
-    moves: dict[Body, Move] = field(default_factory=dict)
-    """The moves of the bodies, once they are begun."""
-    begun: bool = False
-    """True if the controllers have accepted or refused it."""
-    stopping: "asyncio.Task[Any] | None" = None
+    request: ScaraMoveRequest
+    keeper: "ScaraMoves"
 
-    @property
-    def under_way(self) -> bool:
-        """True if an axis may still move."""
-        return any(not move.status.final for move in self.moves.values())
+    @asynccontextmanager
+    async def _held(self, expires_at: float) -> AsyncIterator[None]:
+        scara = self.runs[0].scara
+        await know_pattern(scara, self.request.pattern)
+        async with scara.line.undivided([scara.group.number], expires_at):
+            yield
+
+    async def _prepare(self) -> Plan:
+        """Work the move out and prepare it, anew where a reply was lost: nothing moves by that."""
+        [run] = self.runs
+        for left in reversed(range(ATTEMPTS)):
+            try:
+                plan = await work_out(run.scara, self.request, Lane.VERIFY)
+                _note_plan(run.move, plan)
+                await prepare(plan, run.move.preparation.append)
+            except NoReply:
+                if not left:
+                    raise
+            except (InvalidRequest, ControllerRefused, GeometryDiffers, PathsDiffer):
+                await prove_power(run.scara)  # that explains it, too
+                raise
+            else:
+                break
+        return plan
+
+    async def _write(self, proof: Plan, expires_at: float) -> Mapping[ScaraRun, object]:
+        """Start it by one frame, where every axis still stands where the plan begins."""
+        [run], scara = self.runs, self.runs[0].scara
+        course = {
+            body: SharedWay(start, end, scara.tolerance_pulses)
+            for body, start, end in zip(scara.members, proof.here.pulses, proof.target, strict=True)
+            if body in proof.movers
+        }
+        self.keeper.follow(run, proof.movers)
+        left_s = expires_at - asyncio.get_running_loop().time()
+        bodies = self.keeper.bodies
+        await bodies.start(proof.addressee, proof.manoeuvre.motion, left_s, course)
+        run.begin()
+        for body, move in run.moves.items():
+            bodies.plan_samples(move.id, partial(trajectory_of, proof, body, self.request.pattern))
+        self.answer(None)
+        return {}
 
 
-class ScaraMoves(MoveRuns[_Run, ScaraMove]):
-    """All moves of all SCARA robots: those of their axes are watched over together."""
+class ScaraMoves(MoveRuns[ScaraMove]):
+    """All moves of all SCARA robots."""
 
-    def __init__(self, moves: Moves, stops: Stops, publish: Callable[[str, ScaraMove], Event]) -> None:
-        super().__init__()
-        self._moves, self._stops, self._tell = moves, stops, publish
-        self._runs: dict[Body, _Run] = {}
+    def __init__(self, bodies: Moves, stops: Stops, tell: Callable[[str, Scara, ScaraMove], Event]) -> None:
+        super().__init__(tell)
+        self.bodies, self.stops = bodies, stops
+        self._runs: dict[Body, ScaraRun] = {}
         """The run of each member of a robot that moves."""
-        self._tasks: set[asyncio.Task[Any]] = set()
-        """Tasks that watch over moves, and stop them."""
 
     async def start(self, scara: Scara, request: ScaraMoveRequest, start_within_s: float = 5.0) -> ScaraMove:
         """Prepare a move and start it, undivided, and give it when the controllers have accepted it.
@@ -108,7 +324,11 @@ class ScaraMoves(MoveRuns[_Run, ScaraMove]):
         :raises NotSent: it was not prepared, or not started; nothing moved.
         """
         scara.line.require_fit()
-        self._require_idle(scara)
+        if scara.move is not None:
+            raise BodyBusy(
+                f"{scara.id} still has the move {scara.move.id}; nothing was sent.", "Wait for it or stop it."
+            )
+        idle_bodies_of(scara.group)
         now = datetime.now(UTC)
         move = ScaraMove(
             id=new_id(now),
@@ -119,12 +339,7 @@ class ScaraMoves(MoveRuns[_Run, ScaraMove]):
             frame="",
             created_at=now,
         )
-        run = _Run(scara, move)
-        answered: Beginning = asyncio.get_running_loop().create_future()
-        beginning = partial(self._begin, run, request, start_within_s, answered)
-        refusal = await self._start([(run, move)], beginning, answered)
-        if refusal is not None:
-            raise refusal
+        await self._begin(ScaraMotion([ScaraRun(self, scara, move)], request, self), start_within_s)
         return move
 
     async def plan(self, scara: Scara, request: ScaraMoveRequest) -> PlannedScaraMove:
@@ -141,20 +356,12 @@ class ScaraMoves(MoveRuns[_Run, ScaraMove]):
         """Give where its axes were seen during a move, beside their plans; errors as of `Trajectories.of`."""
         move = self.log.get(move_id)
         of_axes = [
-            self._moves.trajectories.of(axis.move_id) for axis in move.axes if axis.move_id is not None
+            self.bodies.trajectories.of(axis.move_id) for axis in move.axes if axis.move_id is not None
         ]
         if not of_axes:
             raise NotFound(f"The move {move_id} was not started, so there are no samples of it.")
         axes = [await samples_of(samples) for samples in of_axes]
         return ScaraSamples(scara_id=move.scara_id, move_id=move_id, axes=axes)
-
-    async def close(self) -> None:
-        """Stop watching, once the lines are closed; the motors keep doing what they do."""
-        await super().close()
-        tasks = list(self._tasks)
-        for task in tasks:
-            task.cancel()
-        await asyncio.gather(*tasks, return_exceptions=True)
 
     # over restarts
 
@@ -170,19 +377,13 @@ class ScaraMoves(MoveRuns[_Run, ScaraMove]):
 
     def _resume(self, scara: Scara, move: ScaraMove, since: str) -> None:
         """Go on with a move by those of its bodies; one that was still being prepared has moved nothing."""
-        run = _Run(scara, move, begun=True)
-        if not any(axis.move_id for axis in move.axes):
-            self.end(run, run.move, judge(Unbegun.GATEWAY_ENDED, VerdictWords(begins="move was started")))
-            return
+        run, begun = ScaraRun(self, scara, move), any(axis.move_id for axis in move.axes)
         run.moves = self._moves_of(scara, move)
-        if not run.moves:
-            self.end(run, run.move, judge(Unwatched.OTHER_MEMBERS, VerdictWords(scara.id, "finger")))
+        if begun and not run.moves:
+            run.end(found(Unwatched.OTHER_MEMBERS))
             return
-        move.evidence.append(in_the_middle(since, "each of its axes"))
-        self._claim(run, move)
-        self._runs |= dict.fromkeys(run.moves, run)
-        self._begin_to_watch(run)
-        self._look_after(run)
+        self.follow(run, run.moves)
+        self._go_on(run, since, begun=begun)
 
     def _moves_of(self, scara: Scara, move: ScaraMove) -> dict[Body, Move]:
         """The moves of a robot's bodies; none where it has other bodies now, or one is not kept any more."""
@@ -190,23 +391,24 @@ class ScaraMoves(MoveRuns[_Run, ScaraMove]):
             return {}
         both = zip(scara.members, move.axes, strict=True)
         try:
-            return {body: self._moves.get(axis.move_id) for body, axis in both if axis.move_id is not None}
+            return {body: self.bodies.get(axis.move_id) for body, axis in both if axis.move_id is not None}
         except NotFound:
             return {}
 
     # what bodies tell
 
+    def follow(self, run: ScaraRun, movers: Iterable[Body]) -> None:
+        """Let the news of bodies reach a run."""
+        self._runs |= dict.fromkeys(movers, run)
+
+    def forget(self, run: ScaraRun) -> None:
+        """It is over."""
+        self._runs = {body: other for body, other in self._runs.items() if other is not run}
+
     def advanced(self, body: Body, move: Move) -> None:
         """The move of a body has changed its status."""
-        run = self._runs.get(body)
-        if run is not None:
-            run.moves[body] = move
-            if move.status is MoveStatus.QUEUED:
-                self._note_axes(run)
-                self.log.on_change(run.move)  # the next life has to know the moves of its axes
-            if move.status is MoveStatus.SENT and run.move.status is MoveStatus.QUEUED:
-                self.advance(run, run.move, MoveStatus.SENT)
-            self._look_after(run)
+        if body in self._runs:
+            self._runs[body].advanced(body, move)
 
     def announced(self, body: Body, frame: MoveEnded) -> None:
         """A move has ended: where the frame names a cause, the others need not wait until it is proved."""
@@ -218,209 +420,8 @@ class ScaraMoves(MoveRuns[_Run, ScaraMove]):
         self._failed(body, "it does not answer")
 
     def _failed(self, body: Body, why: str) -> None:
-        run = self._runs.get(body)
-        if run is not None and run.begun and run.under_way:
-            self._stop_all(run, body, why)
-
-    # before it starts
-
-    def _require_idle(self, scara: Scara) -> None:
-        scara.group.require_in_force()
-        if scara.move is not None:
-            raise BodyBusy(
-                f"{scara.id} still has the move {scara.move.id}; nothing was sent.", "Wait for it or stop it."
-            )
-        for body in scara.members:
-            if body.move is not None:
-                raise BodyBusy(
-                    f"{body.address} of {scara.id} still has the move {body.move.id}; nothing was sent.",
-                    "Wait for it or stop it.",
-                )
-
-    async def _begin(
-        self, run: _Run, request: ScaraMoveRequest, start_within_s: float, answered: Beginning
-    ) -> None:
-        """Prepare and start the move; on failure its record says why, for the caller may be gone."""
-        scara = run.scara
-        OF_MOVES.set([run.move.id])
-        try:
-            expires_at = asyncio.get_running_loop().time() + start_within_s
-            await know_pattern(scara, request.pattern)
-            async with scara.line.undivided([scara.group.number], expires_at):
-                plan = await self._prepare(run, request)
-                await self._set_off(run, plan, expires_at)
-                for body, move in run.moves.items():
-                    self._moves.plan_samples(move.id, partial(trajectory_of, plan, body, request.pattern))
-        except GatewayError as error:
-            refused = isinstance(error, ControllerRefused)
-            self.end(run, run.move, judge(Unbegun.REFUSED if refused else Unbegun.WITHHELD, given=error))
-            answered.set_result(error)
-        except asyncio.CancelledError:
-            self.end(run, run.move, judge(Unbegun.WITHHELD, given=GatewayEnding()))
-            raise
-        else:
-            answered.set_result(None)
-
-    async def _prepare(self, run: _Run, request: ScaraMoveRequest) -> Plan:
-        """Work the move out and prepare it, anew where a reply was lost: nothing moves by that."""
-        for left in reversed(range(ATTEMPTS)):
-            try:
-                plan = await work_out(run.scara, request, Lane.VERIFY)
-                _note_plan(run.move, plan)
-                await prepare(plan, run.move.preparation.append)
-            except NoReply:
-                if not left:
-                    raise
-            except (InvalidRequest, ControllerRefused, GeometryDiffers, PathsDiffer):
-                await prove_power(run.scara)  # that explains it, too
-                raise
-            else:
-                break
-        return plan
-
-    async def _set_off(self, run: _Run, plan: Plan, expires_at: float) -> None:
-        """Start it by one frame, where every axis still stands where the plan begins."""
-        scara = run.scara
-        course = {
-            body: SharedWay(start, end, scara.tolerance_pulses)
-            for body, start, end in zip(scara.members, plan.here.pulses, plan.target, strict=True)
-            if body in plan.movers
-        }
-        self._runs |= dict.fromkeys(plan.movers, run)
-        left_s = expires_at - asyncio.get_running_loop().time()
-        await self._moves.start(plan.addressee, plan.manoeuvre.motion, left_s, course)
-        run.begun = True
-        acknowledged = [body for body, move in run.moves.items() if move.acknowledged_at]
-        run.move.acknowledged_at = datetime.now(UTC) if acknowledged else None
-        for body, move in run.moves.items():
-            if acknowledged and not move.acknowledged_at and not move.status.final:
-                self._failed(body, "it has not answered the start, and others have")
-        self._begin_to_watch(run)
-        self._look_after(run)
-
-    # while it runs
-
-    def _begin_to_watch(self, run: _Run) -> None:
-        known = ((body, body.told.status_bits) for body in run.moves)
-        errors = {body: MOTION_ERRORS if bits is None else bits & MOTION_ERRORS for body, bits in known}
-        self._keep(supervise(f"the watch of {run.move.id}", partial(self._watch, run, errors)))
-
-    async def _watch(self, run: _Run, errors: Mapping[Body, int]) -> None:
-        """Ask all controllers at once how they are, until all have ended or one is in trouble.
-
-        `errors` are those that each had before.
-        """
-        with ExitStack() as watched:
-            for body in errors:
-                watched.enter_context(body.motion.watched_as_a_whole())
-            with working("followers"):
-                while run.under_way and run.stopping is None:
-                    await self._see(run, errors)
-                    await asyncio.sleep(WATCH_S)
-        for body in run.moves:
-            await body.motion.free.wait()
-        self._look_after(run)
-
-    async def _see(self, run: _Run, errors: Mapping[Body, int]) -> None:
-        """Have who rests looked at; stop all where one is missing twice, or has an error it did not have."""
-        seen = await _statuses(run.scara.group)
-        missing = [body for body in errors if seen and body not in seen]
-        if missing:
-            again = await _statuses(run.scara.group)
-            missing = [body for body in missing if again and body not in again]
-        for body in missing:
-            self._failed(body, "it does not answer, and others do")
-        for body, before in errors.items():
-            bits = seen.get(body, PULSES_RUNNING)
-            if not bits & PULSES_RUNNING:
-                body.motion.end_due.set()
-            if bits & MOTION_ERRORS & ~before:
-                self._failed(body, "it reports an error")
-
-    def _look_after(self, run: _Run) -> None:
-        """See what has become of the axes."""
-        if not run.begun or run.move.status.final:
-            return
-        moves = run.moves.values()
-        self._note_axes(run)
-        if not run.under_way:
-            self._finish(run)
-            return
-        for body, move in run.moves.items():
-            if move.status.final and move.status is not MoveStatus.SUCCEEDED:
-                self._stop_all(run, body, f"its move is {move.status}")
-                return
-        waits = run.move.status in (MoveStatus.QUEUED, MoveStatus.SENT)
-        if waits and any(move.status is MoveStatus.MOVING for move in moves):
-            self.advance(run, run.move, MoveStatus.MOVING)
-
-    def _stop_all(self, run: _Run, body: Body, why: str) -> None:
-        """Stop every axis, once."""
-        if run.stopping is not None:
-            return
-        run.stopping = self._stops.stop(run.scara.members, run.scara.on_fault)
-        self._keep(run.stopping)
-        axis = run.scara.members.index(body)
-        run.move.evidence.append(
-            f"All axes were stopped at the first sign, from {body.address}, axis {axis}: {why}."
-        )
-
-    # the end
-
-    def _lose(self, who: _Run, _why: str, /) -> None:
-        """Stop the axes that may move, since their ends can no longer be coordinated."""
-        if who.moves:
-            self._keep(self._stops.stop(who.scara.members, who.scara.on_fault))
-
-    def _finish(self, run: _Run) -> None:
-        """All axes have ended: the worst of them tells how the robot's move did."""
-        failed = {body: move for body, move in run.moves.items() if _failed(move)}
-        run.move.failed_axes = sorted(run.scara.members.index(body) for body in failed)
-        self.end(
-            run, run.move, judge(worst_of(move.status for move in run.moves.values()), _words(run, failed))
-        )
-
-    def _note_axes(self, run: _Run) -> None:
-        """Write into the record what is known of its axes."""
-        moves = {body.address: move for body, move in run.moves.items()}
-        for axis in run.move.axes:
-            move = moves.get(axis.body_id)
-            if move is not None:
-                axis.move_id, axis.status, axis.end_cause = move.id, move.status, move.end_cause
-                axis.position = axis.position if move.position is None else move.position
-
-    def end(self, who: _Run, move: ScaraMove, verdict: Verdict) -> None:
-        """End a move as it is judged, with what is known of its axes."""
-        if move.axes:
-            self._note_axes(who)
-            if verdict.status in (MoveStatus.SUCCEEDED, MoveStatus.STOPPED, MoveStatus.FAILED):
-                place = who.scara.robot.place([axis.position for axis in move.axes])
-                move.coordinates = ScaraPlace.of(place)
-        super().end(who, move, verdict)
-
-    def _move_of(self, who: _Run) -> ScaraMove | None:
-        return who.scara.move
-
-    def _calls(self, _who: _Run, error: GatewayError, /) -> Sequence[NextCall]:
-        return error.next
-
-    def _publish(self, news: str, _who: _Run, move: ScaraMove, /) -> Event:
-        return self._tell(news, move)
-
-    def _claim(self, who: _Run, move: ScaraMove, /) -> None:
-        who.scara.move = move
-
-    def _free(self, who: _Run) -> None:
-        for body in who.scara.members:
-            if self._runs.get(body) is who:
-                del self._runs[body]
-        if who.scara.move is who.move:
-            who.scara.move = None
-
-    def _keep(self, task: "asyncio.Task[T]") -> "asyncio.Task[T]":
-        self._tasks.add(task)
-        task.add_done_callback(self._tasks.discard)
-        return task
+        if body in self._runs:
+            self._runs[body].failed(body, why)
 
 
 def _note_plan(move: ScaraMove, plan: Plan) -> None:
@@ -449,31 +450,5 @@ async def _statuses(group: Group) -> dict[Body, int]:
     }
 
 
-def _failed(move: Move) -> bool:
-    return move.status not in (MoveStatus.SUCCEEDED, MoveStatus.STOPPED)
-
-
 def _cause(move: Move) -> str:
     return move.end_cause or str(move.status)
-
-
-def _words(run: _Run, failed: Mapping[Body, Move]) -> VerdictWords:
-    """Say which axes have failed, and why."""
-    told = [
-        f"Axis {run.scara.members.index(body)}: {move.error.detail if move.error else _cause(move)}"
-        for body, move in failed.items()
-    ]
-    return VerdictWords(
-        run.scara.id,
-        "finger",
-        stopped=", and all its axes were stopped" if run.stopping else "",
-        told=" ".join(told),
-        cause="+".join(dict.fromkeys(_cause(move) for move in failed.values())),
-        moved=_moved(run.moves.values()),
-    )
-
-
-def _moved(moves: Iterable[Move]) -> Moved:
-    """The robot's verdict words, by the ends of its axes."""
-    told = {"yes" if move.error is None else move.error.moved for move in moves}
-    return "yes" if "yes" in told else "unknown" if "unknown" in told else "no"

@@ -60,6 +60,14 @@ class Scara(Looked):
         """Where it stands among all resources."""
         return f"/scaras/{self.id}"
 
+    def claim(self, move: ScaraMove) -> None:
+        """Let no other move begin."""
+        self.move = move
+
+    def release(self) -> None:
+        """Let another move begin."""
+        self.move = None
+
     # kinematics
 
     def place_of(self, pulses: Sequence[float]) -> FingerPlace:

@@ -34,9 +34,9 @@ def test_each_end_of_a_move_and_a_stop_has_a_line(caplog: pytest.LogCaptureFixtu
     async def story() -> None:
         async with rig() as it:
             await do(it.plant, PAT, "/bodies/3F", MoveClockwise(distance=500), 60.0)
-            [move] = it.plant.moves.of(it.body())
+            [move] = it.plant.moves.log.of(it.body().address)
             await do(it.plant, PAT, "/bodies/3F", MoveClockwise(distance=50_000))
-            [far, _] = it.plant.moves.of(it.body())
+            [far, _] = it.plant.moves.log.of(it.body().address)
             await stop(it.plant, PAT, "/bodies/3F", "immediate")
             await ended(it, far)
             (first, facts), *others = lines(caplog)

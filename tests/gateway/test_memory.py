@@ -57,7 +57,7 @@ async def test_moves_are_there_again(world: World) -> None:
         first = await over(plant, (await moved(plant)).id)
     async with world.gateway() as plant:
         assert plant.moves.get(first.id) == first
-        assert plant.moves.of(plant.body("3F")) == [first]
+        assert plant.moves.log.of(plant.body("3F").address) == [first]
         assert not any(it == "gateway.crashed" for it in _types(plant))
 
 
@@ -73,7 +73,7 @@ async def test_moves_go_on_in_their_order_where_the_clock_was_a_year_ahead(world
         await ready(plant)
         second = await over(plant, (await moved(plant)).id)
         assert second.id > ahead
-        assert [move.id for move in plant.moves.of(plant.body("3F"))] == [second.id, ahead]
+        assert [move.id for move in plant.moves.log.of(plant.body("3F").address)] == [second.id, ahead]
 
 
 async def marked(plant: TestedPlant) -> None:
@@ -253,7 +253,7 @@ async def test_a_move_that_was_never_written_is_cancelled(world: World) -> None:
         await asking
     before = len(world.wire.frames())
     async with world.gateway() as plant:
-        [move] = plant.moves.of(plant.body("3F"))
+        [move] = plant.moves.log.of(plant.body("3F").address)
         assert move.status is MoveStatus.CANCELLED
         assert move.error is not None
         assert move.error.moved == "no"
@@ -276,7 +276,7 @@ async def test_an_intent_without_a_frame_proves_itself_not_executed(world: World
         with pytest.raises(NotSent):
             await asking
     async with world.gateway() as plant:
-        [move, _] = plant.moves.of(plant.body("3F"))
+        [move, _] = plant.moves.log.of(plant.body("3F").address)
         end = await over(plant, move.id)
         assert (end.status, end.end_cause) == (MoveStatus.FAILED, "not_executed")
         assert end.error is not None
@@ -519,7 +519,7 @@ def test_a_move_that_was_being_prepared_knows_what_may_have_been_said(mode: int,
             asking.cancel()
             assert world.wire.frames()[-1] == "UNT 2"
         async with world.gateway() as plant:
-            [move] = plant.robot_moves.of(plant.robot("r1").unit(2))
+            [move] = plant.robot_moves.log.of(plant.robot("r1").unit(2).address)
             end = await plant.robot_moves.wait(move.id, 600.0)
             assert end.status is not MoveStatus.CANCELLED, "the journal does not tell that it was not sent"
             assert "To prepare it, UNT 2 may have been sent." in end.evidence

@@ -27,18 +27,18 @@ from gateway.fics.family import Fics
 from gateway.fics.jogs import RobotJogs
 from gateway.fics.knowledge import Knowledge, SelectedUnit
 from gateway.fics.motion_state import MotionState
-from gateway.fics.moves import MoveRun, RobotMoves
+from gateway.fics.moves import RobotMotion, RobotMoves, RobotRun
 from gateway.fics.power import RobotPower
 from gateway.fics.stops import RobotStops, _RobotStop
 from gateway.plant import Plant
-from gateway.rorze import moves
+from gateway.rorze import move_proof
 from gateway.rorze.bodies import Body
 from gateway.rorze.body_watch import BodyWatch
 from gateway.rorze.family import Rorze
 from gateway.rorze.line import Line
-from gateway.rorze.move_proof import MoveProof
+from gateway.rorze.move_proof import BodyRun
 from gateway.rorze.move_requests import BodyJogRequest
-from gateway.rorze.moves import Moves
+from gateway.rorze.moves import BodiesMotion, Moves
 from gateway.rorze.power import Mark
 from gateway.rorze.probes import Health
 from gateway.rorze.session import RorzeSession
@@ -88,11 +88,11 @@ async def is_itself(it: Rig) -> None:
         (Body, "has_replied"),
         (Body, "was_set_going"),
         (BodyWatch, "_attend"),
-        (MoveProof, "know_the_start"),
-        (MoveProof, "running"),
-        (MoveProof, "at_rest"),
-        (Moves, "_write"),
-        (Moves, "advance"),
+        (BodyRun, "know_the_start"),
+        (BodyRun, "_look"),
+        (BodyRun, "_finding"),
+        (BodiesMotion, "_write"),
+        (BodyRun, "advance"),
         (Stopping, "_is_proved"),
         (Stopping, "_repeat"),
         (Stopping, "tell"),
@@ -139,8 +139,8 @@ async def test_a_fault_amid_moves_and_stops_of_bodies_is_survived(
         (Session, "_ended"),
         (Gate, "refuses"),
         (Load, "note"),
-        (MoveRun, "make"),
-        (MoveRun, "_follow"),
+        (RobotMotion, "make"),
+        (RobotRun, "follow"),
         (Stopping, "_is_proved"),
         (Stopping, "tell"),
         (RobotStops, "_begin"),
@@ -234,7 +234,7 @@ async def test_a_move_of_a_group_that_nobody_follows_any_more_ends_once(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     async with rig(bodies=(0x00, 0x01), groups={"80": ("00", "01")}) as it:
-        fail_once(monkeypatch, (MoveProof, "at_rest"))
+        fail_once(monkeypatch, (BodyRun, "_finding"))
         begun = await it.plant.moves.start(it.plant.group("80"), SHORT)
         await asyncio.sleep(AGAIN_S)
         assert sorted(move.status for move in begun) == [MoveStatus.SUCCEEDED, MoveStatus.UNKNOWN]
@@ -246,7 +246,7 @@ async def test_a_move_of_a_group_that_nobody_follows_any_more_ends_once(
 async def test_a_move_that_a_fault_has_met_as_it_ended_is_over(monkeypatch: pytest.MonkeyPatch) -> None:
     async with rig(groups={}) as it:
         [move] = await it.plant.moves.start(it.body(), LONG)
-        fail_once(monkeypatch, (moves, "calls_for_body"))
+        fail_once(monkeypatch, (move_proof, "calls_for_body"))
         it.machine.switch_body(0x3F, on=False, now=asyncio.get_running_loop().time())
         assert (await it.plant.moves.wait(move.id, 120.0)).status is MoveStatus.UNKNOWN
         assert it.body().move is None

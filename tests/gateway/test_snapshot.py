@@ -25,7 +25,7 @@ async def taken(plant: TestedPlant, bodies: list[str] | None = None) -> Any:
 async def test_all_bodies_lines_and_open_moves_are_in_it() -> None:
     async with rig(groups={}) as it:
         await start(it, MoveClockwise(distance=500), "00")
-        await it.plant.moves.wait(it.plant.moves.of(it.body("00"))[0].id, 60.0)
+        await it.plant.moves.wait(it.plant.moves.log.of(it.body("00").address)[0].id, 60.0)
         move = await start(it, MoveClockwise(distance=50_000))
         await it.body().poll(Lane.READ)
         found = await taken(it.plant)

@@ -145,7 +145,7 @@ async def test_nothing_new_begins_and_reads_and_stops_work_until_the_lines_are_c
         ):
             with pytest.raises(GatewayEnding, match="nothing was sent"):
                 await begin
-        assert it.plant.moves.of(it.body("00")) == []
+        assert it.plant.moves.log.of(it.body("00").address) == []
         assert not [frame for frame in it.wire.frames(sent) if frame[3:6] in ("1+M", "OLS", "XVS")]
         await it.body("00").ask(GetPosition())
         [report] = await it.plant.stops.stop([it.body()], "immediate")
@@ -161,7 +161,7 @@ async def test_a_move_that_still_asks_where_it_begins_is_never_sent() -> None:
         await it.plant.wind_down()
         with pytest.raises(GatewayEnding):
             await starting
-        [move] = it.plant.moves.of(it.body())
+        [move] = it.plant.moves.log.of(it.body().address)
         assert move.status is MoveStatus.CANCELLED
         assert move.error is not None
         assert (move.error.type, move.error.moved) == ("shutting-down", "no")
@@ -178,7 +178,7 @@ async def test_a_move_that_waits_for_the_line_is_never_sent() -> None:
         starting = asyncio.create_task(start(it, ENDLESS))
         await it.wire.begun("&00OLSS[1],1000")
         assert it.plant.line("line1").waiting()["command"] > 1
-        [move] = it.plant.moves.of(it.body())
+        [move] = it.plant.moves.log.of(it.body().address)
         assert move.status is MoveStatus.QUEUED
         await it.plant.wind_down()
         with pytest.raises(GatewayEnding):

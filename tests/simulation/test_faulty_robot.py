@@ -221,7 +221,8 @@ class Simulation:
                 errand.move = await moves.wait(started.id, LONGEST_S)
             except GatewayError:
                 errand.move = next(
-                    (move for move in moves.of(self._rig.robot.unit(unit)) if _is(move, errand)), None
+                    (move for move in moves.log.of(self._rig.robot.unit(unit).address) if _is(move, errand)),
+                    None,
                 )
                 await self._make_fit()
             await asyncio.sleep(self._dice.uniform(0.0, 0.5))

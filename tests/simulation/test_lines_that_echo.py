@@ -265,7 +265,7 @@ class OfBody(Client):
         return await self.plant.moves.wait(move.id, ENDED_WITHIN_S)
 
     def records(self) -> list[Any]:
-        return self.plant.moves.of(self._body)
+        return self.plant.moves.log.of(self._body.address)
 
     async def stop(self, mode: StopMode) -> Any:
         [report] = await self.plant.stops.stop([self._body], mode)
@@ -321,7 +321,7 @@ class OfRobot(Client):
         return await self.plant.robot_moves.wait(move.id, ENDED_WITHIN_S)
 
     def records(self) -> list[Any]:
-        return self.plant.robot_moves.of(self._rig.robot.unit(1))
+        return self.plant.robot_moves.log.of(self._rig.robot.unit(1).address)
 
     async def stop(self, mode: StopMode) -> Any:
         return await self._rig.robot.stop(mode)

@@ -5,7 +5,7 @@ from typing import Any
 
 import pytest
 
-from gateway.core.drives import DriveMove, Status, drive_types, found
+from gateway.core.drives import DriveMove, Status, drive_types, finding_of
 from gateway.core.event_types import table_of
 from gateway.core.move_record import MoveStatus
 from gateway.core.verdicts import MOTOR, judge
@@ -22,7 +22,7 @@ def move(**more: Any) -> DriveMove:
 
 def told(place: int = TARGET, *, newest: int = NUMBER, life: int = LIFE, **more: Any) -> Status:
     """Status of the drive at rest."""
-    return Status(moves=False, place=place, newest=newest, life=life, **more)
+    return Status(runs=False, place=place, newest=newest, life=life, **more)
 
 
 @pytest.mark.parametrize(
@@ -47,7 +47,9 @@ def told(place: int = TARGET, *, newest: int = NUMBER, life: int = LIFE, **more:
 def test_a_move_is_judged_by_the_newest_motion_that_the_drive_names(
     of: DriveMove, tells: Status, status: MoveStatus, cause: str | None
 ) -> None:
-    verdict = judge(found(of, tells), MOTOR._replace(who="d", sending="10 was sent to d", lost="has lost"))
+    verdict = judge(
+        finding_of(of, tells), MOTOR._replace(who="d", sending="10 was sent to d", lost="has lost")
+    )
     assert (verdict.status, verdict.end_cause) == (status, cause)
 
 

@@ -6,8 +6,8 @@ from dataclasses import dataclass, field
 
 import pytest
 
-from gateway.core.errors import Expired, NotSent
-from gateway.core.preparation import Asked, Missing, in_time, prepare, write_proved
+from gateway.core.errors import NotSent
+from gateway.core.preparation import Asked, Missing, prepare
 from gateway.core.sequence_lock import SequenceLock
 from tests.plants import in_virtual_time
 
@@ -115,51 +115,3 @@ async def test_nothing_is_asked_while_somebody_else_could_write_in_between() -> 
         await prepare(oven.lock, oven.needs, oven.ask)
     assert oven.asked == asked
     await holding
-
-
-@in_virtual_time
-async def test_a_proof_that_holds_no_more_is_made_again_before_anything_is_written() -> None:
-    oven = Oven({"door?": ["closed"], "temperature?": ["cold"] * 3})
-    written: list[int] = []
-
-    async def prove() -> int:
-        await oven.prepare()
-        return len(oven.asked)
-
-    async def write(proof: int) -> str:
-        if proof < 4:
-            raise Stale("The line was disturbed; nothing was sent.")
-        written.append(proof)
-        return "fired"
-
-    expires_at = asyncio.get_running_loop().time() + 60.0
-    assert await write_proved(prove, write, disproved=Stale, expires_at=expires_at) == "fired"
-    assert (written, oven.asked.count("temperature?")) == ([4], 3)
-
-
-@pytest.mark.parametrize(("within_s", "told"), [(0.5, Expired), (10.0, Stale)])
-def test_what_comes_too_late_is_not_written_and_the_last_doubt_is_told(
-    within_s: float, told: type[NotSent]
-) -> None:
-    @in_virtual_time
-    async def story() -> None:
-        oven = Oven({"temperature?": ["cold"] * 100}, door="closed")
-
-        async def write(_: None) -> None:
-            raise Stale("The line was disturbed; nothing was sent.")
-
-        began = asyncio.get_running_loop().time()
-        with pytest.raises(told) as late:
-            await write_proved(oven.prepare, write, disproved=Stale, expires_at=began + within_s)
-        assert type(late.value) is told
-        assert asyncio.get_running_loop().time() == began + within_s
-
-    story()
-
-
-@in_virtual_time
-async def test_what_takes_too_long_is_ended() -> None:
-    loop = asyncio.get_running_loop()
-    with pytest.raises(Expired):
-        await in_time(loop.time() + 1.0, asyncio.sleep(2.0))
-    assert await in_time(loop.time() + 3.0, asyncio.sleep(2.0, "done")) == "done"

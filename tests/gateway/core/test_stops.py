@@ -1,11 +1,21 @@
 """A stop is repeated, in good time and for as long as it takes."""
 
 import asyncio
+from collections.abc import Callable, Sequence
+from typing import Any, cast
 
 import pytest
 
 from gateway.core.errors import NotSent, PortNotOpen
-from gateway.core.stops import CONFIRM_WITHIN_S, HURRY_S, REPEAT_S, StopMode, Stopping, StopsUnderWay
+from gateway.core.stops import (
+    CONFIRM_WITHIN_S,
+    HURRY_S,
+    REPEAT_S,
+    StopMode,
+    Stopping,
+    StopsOfOne,
+    StopsUnderWay,
+)
 from gateway.rorze.stops import StopReport
 from gateway.texts import Text, text
 from tests.gateway.rorze.far_end import until, virtual
@@ -13,15 +23,31 @@ from tests.gateway.rorze.far_end import until, virtual
 DOWN = PortNotOpen("The line is down. Nothing was sent.")
 
 
+class ScriptedLine:
+    """A line that others answer on if a test says so, on a loop that is held for some seconds."""
+
+    others_are_heard, seconds_held = False, 0.0
+
+    @property
+    def counters(self) -> dict[str, int]:
+        return {"replies": int(now() * 1000) if self.others_are_heard else 0}
+
+    @property
+    def admission(self) -> "ScriptedLine":
+        return self
+
+    def held_s(self, at: float) -> float:
+        return min(at, self.seconds_held)
+
+
 class Scripted(Stopping):
     """A stop of something that stands still when a test says so."""
 
     def __init__(self, mode: StopMode = "immediate", proof_takes_s: float = 0.0) -> None:
-        self.report = StopReport(body_id="line1.3F")
-        super().__init__(mode, self.report)
+        self.line = ScriptedLine()
+        super().__init__(mode, StopReport(body_id="line1.3F"), cast("Any", self.line))
         self.proof_takes_s = proof_takes_s
         self.still = False
-        self.others_are_heard = False
         self.submitted_at: list[float] = []
         self.refusal: NotSent | None = None
         self.published: list[tuple[str, str | None]] = []
@@ -35,9 +61,6 @@ class Scripted(Stopping):
     async def stands_still(self) -> bool:
         await asyncio.sleep(self.proof_takes_s)
         return self.still
-
-    def reply_count(self) -> int:
-        return int(now() * 1000) if self.others_are_heard else 0
 
     def why_not(self) -> list[Text]:
         return [Text("It moves.", "動いています。")]
@@ -95,7 +118,7 @@ async def test_while_nobody_is_heard_it_is_repeated_without_waiting_for_the_proo
     task = asyncio.create_task(stop.see_through())
     await asyncio.sleep(1.0)
     assert len(stop.submitted(began_at, now())) >= 9
-    stop.others_are_heard = True
+    stop.line.others_are_heard = True
     await asyncio.sleep(1.0)
     assert len(stop.submitted(began_at + 1.01, now())) <= 1, "its turn will come"
     stop.still = True
@@ -116,7 +139,7 @@ async def test_what_answers_slowly_is_not_taken_for_silent() -> None:
 @virtual
 async def test_who_is_in_reach_again_need_not_wait_for_the_next_repetition() -> None:
     stop = Scripted(proof_takes_s=4.0)
-    stop.others_are_heard = True
+    stop.line.others_are_heard = True
     task = asyncio.create_task(stop.see_through())
     await asyncio.sleep(2 * HURRY_S)
     submitted = len(stop.submitted_at)
@@ -134,7 +157,7 @@ async def test_who_is_in_reach_again_need_not_wait_for_the_next_repetition() -> 
 @virtual
 async def test_in_the_long_run_others_have_at_least_half_of_the_time() -> None:
     stop = Scripted(proof_takes_s=4.0)
-    stop.others_are_heard = True
+    stop.line.others_are_heard = True
     task = asyncio.create_task(stop.see_through())
     await asyncio.sleep(HURRY_S + 100.0)
     first, second = stop.submitted_at[-2:]
@@ -205,7 +228,7 @@ async def test_a_motor_that_came_to_rest_after_the_call_does_not_disprove_it() -
 @virtual
 async def test_the_time_in_which_the_loop_was_held_does_not_count() -> None:
     stop = Scripted()
-    stop._held_s = lambda now: min(now, 5.0)
+    stop.line.seconds_held = 5.0
     task = asyncio.create_task(stop.see_through())
     await asyncio.sleep(5.0 + CONFIRM_WITHIN_S - 0.1)
     assert stop.published == []
@@ -246,6 +269,43 @@ async def test_a_stop_is_told_and_counted_until_it_is_confirmed() -> None:
     await stops.close()
     await asyncio.sleep(0)
     assert stops.counted[-1] == 0
+
+
+@virtual
+async def test_a_controller_has_one_stop_of_each_kind_and_all_else_is_forbidden_before() -> None:
+    forbidden: list[float] = []
+
+    class Forbidding(StopsOfOne[Scripted]):
+        def _before(self) -> Sequence[Callable[[], object]]:
+            return (lambda: forbidden.append(now()),)
+
+    stops = Forbidding("the motor", Scripted)
+    stops.stop("decelerate")
+    began_at, stopping = now(), stops.stop("decelerate")
+    assert forbidden == [began_at, began_at]
+    [decelerating] = stops._running.values()
+    assert decelerating.submitted_at == [began_at, began_at]
+    stops.stop("immediate")
+    assert [stop.mode for stop in stops._running.values()] == ["decelerate", "immediate"]
+    assert (await stopping).state == "requested"
+    assert now() == pytest.approx(began_at + CONFIRM_WITHIN_S)
+    for stop in stops._running.values():
+        stop.still = True
+    assert (await stops.stop("immediate")).state == "confirmed"
+    await stops.confirmed()
+    assert stops.unconfirmed_among(stops._tasks) is None
+
+
+@virtual
+async def test_a_stop_whose_outcome_is_awaited_is_not_sent_twice() -> None:
+    stop = Scripted()
+    stop.submit()
+    stop.submit()
+    assert len(stop.submitted_at) == 2
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(Scripted, "one_at_a_time", True)
+        stop.submit()
+    assert len(stop.submitted_at) == 2
 
 
 @virtual

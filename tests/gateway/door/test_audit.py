@@ -47,7 +47,7 @@ async def test_it_tells_who_did_what_with_which_outcome_over_restarts(tmp_path: 
         assert (setting.caller, setting.request_id, setting.target) == (PAT.caller, "r-1", "line1.3F")
         assert (setting.outcome, setting.moves) == ("answered", [])
         assert setting.written_at is not None
-        [move] = plant.moves.of(plant.body("00"))
+        [move] = plant.moves.log.of(plant.body("00").address)
         assert [deed.moves for deed in told if deed.effect == "motion"] == [[move.id]]
 
 

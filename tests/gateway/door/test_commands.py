@@ -77,7 +77,7 @@ async def test_all_else_is_asked() -> None:
         await do(it.plant, ME, "/lines/line1", IdentifyControllers())
         with pytest.raises(GatewayError):  # at standstill there is no speed to change
             await do(it.plant, ME, BODY, ChangeSpeed(speed=900))
-        assert it.plant.moves.of(it.body()) == []
+        assert it.plant.moves.log.of(it.body().address) == []
 
 
 @in_virtual_time
@@ -189,7 +189,7 @@ async def test_a_move_without_an_end_needs_its_permission_on_every_way() -> None
             with pytest.raises(NotAllowed, match="Moves without an end are switched off"):
                 await start()
         assert "&3F1+MZ" not in it.wire.frames()
-        assert it.plant.moves.of(it.body()) == []
+        assert it.plant.moves.log.of(it.body().address) == []
 
 
 MOTIONS: list[FicsCommand[Any]] = [

@@ -28,7 +28,7 @@ def place(moment: Moment, target: str = "line1.3F") -> tuple[str, object]:
 async def test_a_motor_is_on_its_way_in_the_middle_of_its_move(tmp_path: Path) -> None:
     async with working(tmp_path) as (plant, _):
         await start(plant, "3F", MoveClockwise(distance=50_000))
-        [move] = plant.moves.of(plant.body("3F"))
+        [move] = plant.moves.log.of(plant.body("3F").address)
         assert move.sent_at is not None
         assert move.ended_at is not None
         assert place(await get_moment(plant, at=move.created_at)) == ("standing", move.start_position)
@@ -48,7 +48,7 @@ async def test_an_alarm_stands_from_its_begin_until_it_is_reset(tmp_path: Path) 
         await do(plant, KIM, "/bodies/00", MoveClockwise(distance=900_000))
         wire.machine.axes[0].world.forced.update({EMS: True})
         wire.machine.axes[0].sense(asyncio.get_running_loop().time())
-        await plant.moves.wait(plant.moves.of(plant.body("00"))[0].id, LONG_S)
+        await plant.moves.wait(plant.moves.log.of(plant.body("00").address)[0].id, LONG_S)
         await asyncio.sleep(5.0)
         [alarm, *_] = plant.alarms.standing()
         raised = await get_moment(plant, at=alarm.raised_at)

@@ -57,7 +57,7 @@ async def test_it_counts_moves_and_how_they_ended_and_names_the_slowest(tmp_path
         await do(plant, KIM, "/bodies/00", MoveClockwise(distance=900_000))
         wire.machine.axes[0].world.forced.update({EMS: True})
         wire.machine.axes[0].sense(asyncio.get_running_loop().time())
-        await plant.moves.wait(plant.moves.of(plant.body("00"))[0].id, LONG_S)
+        await plant.moves.wait(plant.moves.log.of(plant.body("00").address)[0].id, LONG_S)
 
         shift = await of_shift(plant)
         assert shift.moves == 4
@@ -65,13 +65,13 @@ async def test_it_counts_moves_and_how_they_ended_and_names_the_slowest(tmp_path
         axes = {it.target: it for it in shift.axes}
         lift = axes["line1.3F"]
         assert (lift.moves, lift.succeeded, lift.failed) == (2, 2, 0)
-        assert lift.longest_move in {it.id for it in plant.moves.of(plant.body("3F"))}
+        assert lift.longest_move in {it.id for it in plant.moves.log.of(plant.body("3F").address)}
         assert lift.longest_s is not None
         assert lift.mean_s is not None
         assert 0 < lift.mean_s <= lift.longest_s
         [failure] = shift.failures
         assert (failure.cause, failure.moves, failure.targets) == ("ems", 1, 1)
-        assert failure.last_move == plant.moves.of(plant.body("00"))[0].id
+        assert failure.last_move == plant.moves.log.of(plant.body("00").address)[0].id
         people = {it.caller: it for it in shift.people}
         assert (people[PAT.caller].motions, people[PAT.caller].settings) == (3, 0)
         assert (people[KIM.caller].motions, people[KIM.caller].settings) == (1, 1)

@@ -66,8 +66,8 @@ def test_while_a_robot_moves_no_unit_of_it_starts_another(unit: int) -> None:
             first = await rig.start(UP)
             with pytest.raises(RobotBusy):
                 await rig.start(UP, unit)
-            assert moves.of(rig.robot.unit(1)) == [first]
-            assert moves.of(rig.robot.unit(2)) == []
+            assert moves.log.of(rig.robot.unit(1).address) == [first]
+            assert moves.log.of(rig.robot.unit(2).address) == []
             await moves.wait(first.id, 600)
             assert (await rig.move(UP, unit)).status is MoveStatus.SUCCEEDED
             assert len(rig.heard("LMI")) == 2
@@ -82,7 +82,7 @@ async def test_of_two_moves_asked_for_at_once_one_is_sent() -> None:
         starts = [rig.start(UP) for _ in range(2)]
         outcomes = await asyncio.gather(*starts, return_exceptions=True)
         assert sorted(type(outcome).__name__ for outcome in outcomes) == ["RobotBusy", "RobotMove"]
-        assert len(moves.of(rig.robot.unit(1))) == len(rig.heard("LMI")) == 1
+        assert len(moves.log.of(rig.robot.unit(1).address)) == len(rig.heard("LMI")) == 1
 
 
 @in_virtual_time
@@ -91,7 +91,7 @@ async def test_a_refused_move_is_told_and_remembered_and_the_next_may_start() ->
         await rig.move(HomeRobot())
         with pytest.raises(ControllerRefused):
             await rig.move(MoveAbsolute(coordinates=[None, None, 9999.0]))
-        (rejected, _) = rig.plant.robot_moves.of(rig.robot.unit(1))
+        (rejected, _) = rig.plant.robot_moves.log.of(rig.robot.unit(1).address)
         assert rejected.status is MoveStatus.REJECTED
         assert rejected.error is not None
         assert (rejected.error.controller_error, rejected.error.moved) == ("E07", "no")
@@ -105,7 +105,7 @@ def test_a_relative_move_of_an_axis_that_is_not_homed_says_so_and_what_to_do(mod
         async with fics_rig(mode=mode) as rig:
             with suppress(RefusedUnhomed):
                 await rig.start(MoveRelative(coordinates=[1.0]))
-            [move] = rig.plant.robot_moves.of(rig.robot.unit(1))
+            [move] = rig.plant.robot_moves.log.of(rig.robot.unit(1).address)
             await rig.plant.robot_moves.wait(move.id, 60)
             assert move.status is MoveStatus.REJECTED
             assert move.error is not None
@@ -126,7 +126,7 @@ async def test_who_gives_up_waiting_for_the_start_leaves_the_move_followed() -> 
         await asyncio.sleep(0.001)
         start.cancel()
         await asyncio.sleep(30)
-        (move,) = rig.plant.robot_moves.of(rig.robot.unit(1))
+        (move,) = rig.plant.robot_moves.log.of(rig.robot.unit(1).address)
         assert move.status is MoveStatus.SUCCEEDED
         assert rig.robot.known.motion.idle.is_set()
 
@@ -136,7 +136,7 @@ async def test_moves_are_told_newest_first_and_found_by_their_ids() -> None:
     async with fics_rig() as rig:
         first, second = await rig.move(UP), await rig.move(StepAxis(axis="Z", steps=1))
         moves = rig.plant.robot_moves
-        assert moves.of(rig.robot.unit(1)) == [second, first]
+        assert moves.log.of(rig.robot.unit(1).address) == [second, first]
         assert moves.get(first.id) == first
         with pytest.raises(NotFound):
             moves.get("none")
@@ -161,7 +161,7 @@ def test_what_a_unit_cannot_do_is_refused_before_anything_is_sent(
             with pytest.raises(InvalidRequest, match=complaint):
                 await rig.start(command)
             assert rig.cable.frames(sent) == []
-            assert rig.plant.robot_moves.of(rig.robot.unit(1)) == []
+            assert rig.plant.robot_moves.log.of(rig.robot.unit(1).address) == []
             assert rig.robot.known.motion.idle.is_set()
 
     story()
@@ -175,7 +175,7 @@ async def test_a_move_that_a_stop_came_before_is_remembered_as_cancelled() -> No
         await rig.robot.stop("immediate")
         with pytest.raises(StoppedFirst):
             await start
-        (move,) = rig.plant.robot_moves.of(rig.robot.unit(1))
+        (move,) = rig.plant.robot_moves.log.of(rig.robot.unit(1).address)
         assert move.status is MoveStatus.CANCELLED
         assert move.sent_at is None
 

@@ -116,7 +116,7 @@ def test_a_move_that_the_line_has_damaged_is_rejected_as_such(mode: int) -> None
             rig.cable.damaged["LMI ,,-5"] = "LMI ,,-u"
             with pytest.raises(CommandGarbled):
                 await rig.move(DOWN)
-            (move,) = rig.plant.robot_moves.of(rig.robot.unit(1))
+            (move,) = rig.plant.robot_moves.log.of(rig.robot.unit(1).address)
             assert move.status is MoveStatus.REJECTED
             assert (move.error and move.error.controller_error) == "E06"
             assert rig.machine.truth.of("motion_start") == []

@@ -89,10 +89,12 @@ async def test_a_loss_of_power_at_rest_is_noticed_without_a_move(mark: str) -> N
         brown_out(it)
         await asyncio.sleep(NOTICED_S)
         assert news(it) == [PERHAPS if mark else CUT]
-        refused = len(it.plant.moves.of(it.body()))
+        refused = len(it.plant.moves.log.of(it.body().address))
         with pytest.raises(PowerCycled):
             await start(it, TO_700)
-        assert len(it.plant.moves.of(it.body())) == refused, "what is refused at once leaves no record"
+        assert len(it.plant.moves.log.of(it.body().address)) == refused, (
+            "what is refused at once leaves no record"
+        )
 
 
 @in_virtual_time
@@ -308,7 +310,8 @@ async def test_a_group_is_not_sent_to_a_place_that_one_member_has_lost() -> None
         with pytest.raises(PowerCycled):
             await it.plant.group("80").ask(TO_700)
         assert [place(it, 0x00), place(it, 0x01)] == [500, 500]
-        assert {move.status for move in it.plant.moves.of(it.body("00"))[:1]} == {MoveStatus.CANCELLED}
+        [last] = it.plant.moves.log.of(it.body("00").address, 1)
+        assert last.status is MoveStatus.CANCELLED
 
 
 @in_virtual_time

@@ -57,7 +57,7 @@ async def test_a_move_that_meets_an_error_is_rejected_and_nothing_moves(error: i
         assert isinstance(refusal, ControllerRefused)
         assert (refusal.error_code, refusal.moved) == (f"0x{error:02X}", "no")
         assert "Nothing moved" in refusal.detail
-        [move] = it.plant.moves.of(it.body())
+        [move] = it.plant.moves.log.of(it.body().address)
         assert (move.status, move.error is not None) == (MoveStatus.REJECTED, True)
         assert not it.truth.of("pulses_start")
         assert (await finished(it, MOVE)).status is MoveStatus.SUCCEEDED

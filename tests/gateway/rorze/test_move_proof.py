@@ -127,7 +127,7 @@ async def test_a_refusal_of_a_motor_that_rests_where_it_was_is_what_it_says() ->
         it.axis().breakdown = Breakdown(error=0x50, next_commands=1)
         with pytest.raises(ControllerRefused):
             await starting
-        [move, *_] = it.plant.moves.of(it.body())
+        [move, *_] = it.plant.moves.log.of(it.body().address)
         assert (move.status, move.evidence) == (MoveStatus.REJECTED, [])
 
 
@@ -147,7 +147,7 @@ async def test_a_motor_that_ran_before_proves_nothing_of_a_search_and_is_not_sen
         with pytest.raises(BodyBusy):
             await start(it, Home())
         assert "&3F00M" not in it.wire.frames(sent)
-        [move] = it.plant.moves.of(it.body())
+        [move] = it.plant.moves.log.of(it.body().address)
         assert (move.status, move.end_cause) == (MoveStatus.CANCELLED, None)
 
 

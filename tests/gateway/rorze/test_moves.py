@@ -54,7 +54,7 @@ async def test_a_move_is_queued_sent_seen_moving_and_ends_at_its_target() -> Non
             f"body.move.{step}" for step in ("queued", "sent", "started", "succeeded")
         ]
         assert it.plant.moves.get(move.id) == move
-        assert it.plant.moves.of(it.body()) == [move]
+        assert it.plant.moves.log.of(it.body().address) == [move]
 
 
 @in_virtual_time
@@ -172,7 +172,7 @@ async def test_a_refusal_moves_nothing_and_says_why(
         it.touch(0x3F, hindrance)
         with pytest.raises(ControllerRefused):
             await start(it, command)
-        [move] = it.plant.moves.of(it.body())
+        [move] = it.plant.moves.log.of(it.body().address)
         assert move.status is MoveStatus.REJECTED
         assert move.error is not None
         assert (move.error.controller_error, move.error.moved) == (code, "no")
@@ -187,7 +187,7 @@ async def test_a_body_that_another_host_moves_is_sent_nothing_and_is_known_to_mo
         sent = len(it.wire.sent)
         with pytest.raises(BodyBusy, match=r"line1\.3F moves already, .*; 1\+M was not sent"):
             await start(it, SHORT)
-        [move] = it.plant.moves.of(it.body())
+        [move] = it.plant.moves.log.of(it.body().address)
         assert (move.status, move.sent_at) == (MoveStatus.CANCELLED, None)
         await asyncio.sleep(0.1)
         assert it.body().moving
@@ -284,7 +284,7 @@ async def test_a_stop_cancels_a_move_that_waits_for_the_line() -> None:
         await it.plant.stops.stop([it.body()], "immediate")
         *_, refused = await waiting
         assert isinstance(refused, Cancelled)
-        [move] = it.plant.moves.of(it.body())
+        [move] = it.plant.moves.log.of(it.body().address)
         assert move.status is MoveStatus.CANCELLED
         await asyncio.sleep(5.0)
         assert not it.executed("1+M")
@@ -308,7 +308,7 @@ async def test_nothing_is_sent_while_the_line_is_down() -> None:
         it.wire.unplug()
         with pytest.raises(PortNotOpen):
             await start(it, LONG)
-        [move] = it.plant.moves.of(it.body())
+        [move] = it.plant.moves.log.of(it.body().address)
         assert move.status is MoveStatus.CANCELLED
         it.wire.plugged_in = True
         await asyncio.sleep(20.0)
@@ -322,8 +322,10 @@ async def test_a_move_that_cannot_start_in_time_never_starts() -> None:
         it.machine.switch_body(0x00, on=False, now=asyncio.get_running_loop().time())
         blocking = [asyncio.create_task(it.body("00").ask(GetPosition()))]
         await asyncio.sleep(0)
+        asked_at = asyncio.get_running_loop().time()
         with pytest.raises(Expired):
             await it.plant.moves.start(it.body(), LONG, start_within_s=1.0)
+        assert asyncio.get_running_loop().time() == pytest.approx(asked_at + 1.0), "no question keeps it"
         await asyncio.gather(*blocking, return_exceptions=True)
         await asyncio.sleep(5.0)
         assert not it.executed("1+M")
@@ -358,7 +360,7 @@ async def test_a_move_of_a_body_that_is_offline_is_cancelled() -> None:
         await asyncio.sleep(10.0)
         with pytest.raises(BodyOffline):
             await start(it, SHORT)
-        assert it.plant.moves.of(it.body())[0].status is MoveStatus.CANCELLED
+        assert it.plant.moves.log.of(it.body().address)[0].status is MoveStatus.CANCELLED
 
 
 # groups
@@ -429,7 +431,7 @@ async def test_what_one_member_will_not_tell_beforehand_is_no_refusal_of_the_oth
         await it.body("00").poll()
         with pytest.raises(ControllerRefused, match=r"line1\.01 refused 3PD"):
             await it.plant.moves.start(it.plant.group("80"), MoveTo(position=PositionReference(position=25)))
-        one, other = (it.plant.moves.of(it.body(address))[0] for address in ("00", "01"))
+        one, other = (it.plant.moves.log.of(it.body(address).address)[0] for address in ("00", "01"))
         assert (one.status, other.status) == (MoveStatus.CANCELLED, MoveStatus.REJECTED)
         assert [it.body(address).moving for address in ("00", "01")] == [False, False]
 
@@ -466,7 +468,7 @@ async def test_moves_that_end_are_remembered_newest_first_and_waiting_has_an_end
         second = await start(it, MoveCounterclockwise(distance=50_000))
         assert await it.plant.moves.wait(second.id, 0.1) is second
         assert not second.status.final
-        assert it.plant.moves.of(it.body()) == [second, first]
+        assert it.plant.moves.log.of(it.body().address) == [second, first]
         await ended(it, second)
 
 
@@ -481,4 +483,4 @@ async def test_a_gateway_that_shuts_down_sends_nothing_more() -> None:
         await it.plant.close()
         await asyncio.gather(reading, starting)
         assert not it.executed("1+M")
-        assert it.plant.moves.of(it.body())[0].status is MoveStatus.CANCELLED
+        assert it.plant.moves.log.of(it.body().address)[0].status is MoveStatus.CANCELLED

@@ -57,7 +57,7 @@ async def test_a_move_that_waits_for_the_line_does_not_begin_late() -> None:
         lid.close_for()
         with pytest.raises(HeldUp, match="nothing was sent"):
             await starting
-        [move] = it.plant.moves.of(it.body())
+        [move] = it.plant.moves.log.of(it.body().address)
         assert move.status is MoveStatus.CANCELLED
         done, *refused = await asyncio.gather(*busy, return_exceptions=True)
         assert not isinstance(done, Exception)  # it was written before
@@ -220,7 +220,7 @@ def test_a_move_of_a_robot_that_is_not_sent_yet_never_is(mode: int) -> None:
             with pytest.raises(HeldUp):
                 await starting
             assert not it.heard("LMI")
-            [move] = it.plant.robot_moves.of(it.robot.unit(1))
+            [move] = it.plant.robot_moves.log.of(it.robot.unit(1).address)
             assert move.status is MoveStatus.CANCELLED
             await asyncio.sleep(DOUBT_S)
             assert (await it.move(UP)).status is MoveStatus.SUCCEEDED

@@ -7,10 +7,10 @@ import pytest
 
 from gateway.core.errors import GatewayError
 from gateway.core.move_record import MoveStatus
-from gateway.rorze.move_proof import MoveProof
+from gateway.rorze.move_proof import BodyRun
 from gateway.rorze.power import Mark
 from gateway.rorze_scara import geometry, moves, preparation
-from gateway.rorze_scara.moves import ScaraMoves
+from gateway.rorze_scara.moves import ScaraMotion, ScaraRun
 from tests.gateway.rorze_scara.cell import START, Cell, cell, mm
 from tests.own_faults import Place, fail_once, named
 from tests.plants import in_virtual_time
@@ -32,14 +32,14 @@ async def moves_again(robot: Cell) -> bool:
         (geometry, "_agrees"),
         (preparation, "_require_power"),
         (moves, "_note_plan"),
-        (ScaraMoves, "_prepare"),
-        (ScaraMoves, "_set_off"),
-        (ScaraMoves, "_look_after"),
-        (ScaraMoves, "_note_axes"),
-        (ScaraMoves, "_finish"),
-        (ScaraMoves, "end"),
+        (ScaraMotion, "_prepare"),
+        (ScaraMotion, "_write"),
+        (ScaraRun, "_look_after"),
+        (ScaraRun, "_note_axes"),
+        (ScaraRun, "_finding"),
+        (ScaraRun, "end"),
         (Mark, "stands"),
-        (MoveProof, "expect"),
+        (BodyRun, "_expect"),
     ],
     ids=named,
 )
@@ -66,9 +66,8 @@ async def test_no_axis_moves_on_where_nobody_sees_to_their_common_end(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     async with cell() as robot:
-        fail_once(monkeypatch, (ScaraMoves, "_begin_to_watch"))
-        with pytest.raises(ZeroDivisionError):
-            await robot.start("line", x=mm(40), y=mm(150), pattern=SLOW)
+        fail_once(monkeypatch, (ScaraRun, "follow"))
+        await robot.start("line", x=mm(40), y=mm(150), pattern=SLOW)
         await asyncio.sleep(1.0)
         assert not any(robot.moving())
         [move] = robot.moves.log.of("wafer")
@@ -77,7 +76,7 @@ async def test_no_axis_moves_on_where_nobody_sees_to_their_common_end(
         assert await moves_again(robot)
 
 
-@pytest.mark.parametrize("place", [(ScaraMoves, "_see"), (ScaraMoves, "_stop_all")], ids=named)
+@pytest.mark.parametrize("place", [(ScaraRun, "_look"), (ScaraRun, "_stop_all")], ids=named)
 @in_virtual_time
 async def test_all_axes_are_stopped_where_one_falls_silent_in_spite_of_a_fault(
     place: Place, monkeypatch: pytest.MonkeyPatch

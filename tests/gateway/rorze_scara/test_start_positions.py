@@ -86,7 +86,7 @@ async def test_what_has_changed_since_the_preparation_keeps_the_move_from_starti
             await start(robot)
         assert refusal.value.moved == "no"
         assert (robot.positions(), len(robot.frames_of("HMM"))) == (stood, started)
-        assert robot.rig.plant.moves.of(robot.scara.members[0])[0].status is MoveStatus.CANCELLED
+        assert robot.rig.plant.moves.log.of(robot.scara.members[0].address)[0].status is MoveStatus.CANCELLED
         await prepare(robot)
         await start(robot)
 
