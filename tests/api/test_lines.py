@@ -303,7 +303,8 @@ async def test_a_robots_trace_without_polls_has_the_reply_at_the_end_of_a_move(
     assert any(entry.get("caller") == "gateway: set-up" for entry in every)
     move: Record = (0, 0, "tx", b"POM 1\r", "http 127.0.0.1", "job-17")
     poll: Record = (0, 0, "tx", b"AXS\r", POLL.caller, None)
-    seen, ended = ((0, 0, "rx", data, None, None) for data in (b"AXS 1\r", b"POM\r"))
+    seen: Record = (0, 0, "rx", b"AXS 1\r", None, None)
+    ended: Record = (0, 0, "rx", b"POM\r", None, None)
     subject_of = cell.rig.plant.port("cell").subject_of
     assert list(TraceFilter(subject_of, without=QUESTIONS).pass_on([move, poll, seen, ended])) == [
         move,

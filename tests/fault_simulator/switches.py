@@ -21,6 +21,7 @@ from gateway.core.journal.intents import Intents
 from gateway.core.journal.journal import Writer
 from gateway.core.line import LineDriver
 from gateway.core.move_record import Move, MoveStatus
+from gateway.core.move_runs import MoveRun
 from gateway.core.origin import Origin, acting
 from gateway.core.session import Session
 from gateway.door.keys import Keys
@@ -200,10 +201,10 @@ def no_reply_means_not_sent(patch: Patch) -> None:
 
 
 def a_reply_is_the_end_of_a_move(patch: Patch) -> None:
-    async def follow_through(self: Moves, proof: Any, result: Any) -> None:
-        self.advance(proof.body, proof.move, MoveStatus.SUCCEEDED)
+    async def follow(self: MoveRun[Any, Any], _doubt: NoReply | None = None) -> None:
+        self.advance(MoveStatus.SUCCEEDED)
 
-    patch.setattr(Moves, "_follow_through", follow_through)
+    patch.setattr(MoveRun, "follow", follow)
 
 
 def frames_begin_in_each_other(patch: Patch) -> None:
