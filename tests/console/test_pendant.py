@@ -5,7 +5,7 @@ from collections.abc import Callable
 
 import httpx
 import pytest
-from playwright.sync_api import Browser, ViewportSize, expect
+from playwright.sync_api import Browser, FilePayload, ViewportSize, expect
 
 from tests.console.browser import Console, Guarded, Plant
 from tests.console.test_touch import PHONE, Finger, is_moving, newest_status
@@ -174,19 +174,17 @@ def test_positions_of_a_robots_unit_stand_on_the_page_of_positions(demo: str, op
     console = open_console(demo, "#/positions")
     console.page.get_by_label("Body").select_option("r1/units/1")
     expect(console.page.get_by_role("heading", level=1)).to_contain_text("Unit 1")
-    table = {
-        "name": "r.csv",
-        "mimeType": "text/csv",
-        "buffer": b"number,X mm,Y mm,Z mm\r\n7,1,2,3\r\n9,4,5,6\r\n",
-    }
-    console.page.locator("input[type=file]").set_input_files([table])
+
+    def upload(rows: bytes) -> None:
+        table: FilePayload = {"name": "r.csv", "mimeType": "text/csv", "buffer": rows}
+        console.page.locator("input[type=file]").set_input_files(table)
+
+    upload(b"number,X mm,Y mm,Z mm\r\n7,1,2,3\r\n9,4,5,6\r\n")
     row = console.page.get_by_role("row", name="7")
     expect(row).to_contain_text("2")
-    table["buffer"] = b"number,X mm\r\n7,none\r\n"
-    console.page.locator("input[type=file]").set_input_files([table])
+    upload(b"number,X mm\r\n7,none\r\n")
     console.shows("The file has not the columns number, X mm, Y mm, Z mm, or not a number in each.")
-    table["buffer"] = b"number,X mm,Y mm,Z mm\r\n7,8,8,8\r\n9,8,8,8\r\n"
-    console.page.locator("input[type=file]").set_input_files([table])
+    upload(b"number,X mm,Y mm,Z mm\r\n7,8,8,8\r\n9,8,8,8\r\n")
     expect(row).to_contain_text("8")
     console.button("Put 2 positions back").click()
     expect(row).to_contain_text("3")
