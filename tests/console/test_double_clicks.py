@@ -13,7 +13,7 @@ pytestmark = pytest.mark.prove
 Open = Callable[..., Console]
 STEP, BODY, UNIT = "Step +1000 pulse", "/bodies/3F", "/robots/r1/units/1"
 APART_MS = 300
-"""Milliseconds between clicks of somebody who is slow; the first is answered by then."""
+"""Milliseconds between the clicks of a slow double click; the first is answered by then."""
 
 
 def moves(plant: Plant, of: str) -> list[str]:
@@ -21,8 +21,8 @@ def moves(plant: Plant, of: str) -> list[str]:
 
 
 def stands(plant: Plant) -> bool:
-    there = plant.gateway.get("/bodies/3F/status"), plant.gateway.get("/robots/r1")
-    return not any(it["moving"] for it in there)
+    body, robot = plant.gateway.get("/bodies/3F/status"), plant.gateway.get("/robots/r1")
+    return not (body["moving"] or robot["moving"])
 
 
 def twice(button: Locator, delay: float = 0) -> None:

@@ -175,16 +175,16 @@ def test_positions_of_a_robots_unit_stand_on_the_page_of_positions(demo: str, op
     console.page.get_by_label("Body").select_option("r1/units/1")
     expect(console.page.get_by_role("heading", level=1)).to_contain_text("Unit 1")
 
-    def choose(text: bytes) -> None:
-        table = FilePayload(name="r.csv", mimeType="text/csv", buffer=text)
-        console.page.locator("input[type=file]").set_input_files([table])
+    def upload(rows: bytes) -> None:
+        table: FilePayload = {"name": "r.csv", "mimeType": "text/csv", "buffer": rows}
+        console.page.locator("input[type=file]").set_input_files(table)
 
-    choose(b"number,X mm,Y mm,Z mm\r\n7,1,2,3\r\n9,4,5,6\r\n")
+    upload(b"number,X mm,Y mm,Z mm\r\n7,1,2,3\r\n9,4,5,6\r\n")
     row = console.page.get_by_role("row", name="7")
     expect(row).to_contain_text("2")
-    choose(b"number,X mm\r\n7,none\r\n")
+    upload(b"number,X mm\r\n7,none\r\n")
     console.shows("The file has not the columns number, X mm, Y mm, Z mm, or not a number in each.")
-    choose(b"number,X mm,Y mm,Z mm\r\n7,8,8,8\r\n9,8,8,8\r\n")
+    upload(b"number,X mm,Y mm,Z mm\r\n7,8,8,8\r\n9,8,8,8\r\n")
     expect(row).to_contain_text("8")
     console.button("Put 2 positions back").click()
     expect(row).to_contain_text("3")

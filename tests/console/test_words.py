@@ -17,7 +17,7 @@ PARTS: Final = re.compile(r"^    parts: \{\n(.*?)^    \}", re.MULTILINE | re.DOT
 WORD: Final = re.compile(r'^      (\w+): "(?=[^"])', re.MULTILINE)
 
 PLUMBING: Final = re.compile(r"^(id|.*_id|.*_at)$")
-"""As in `told.ts`."""
+"""Members that no page shows: ids and times, as in `told.ts`."""
 IN_SENTENCES: Final = {"event_cursor", "remedy_en", "raised_at", "en"}
 
 PAGES: Final = sorted((CONSOLE / "src").rglob("*.svelte"))
@@ -72,7 +72,7 @@ def test_every_part_of_an_events_type_has_a_word(language: str) -> None:
 
 
 def test_every_member_of_an_event_that_a_page_shows_has_a_word_in_japanese() -> None:
-    """Those of moves and alarms are told in sentences."""
+    """Moves and alarms are told in sentences."""
     datas = [set(event.data.model_fields) for event in EVENT_TYPES.values()]
     told = {name for names in datas if not names & IN_SENTENCES for name in names if not PLUMBING.match(name)}
     assert len(told) > 80
