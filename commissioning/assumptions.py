@@ -342,11 +342,13 @@ FICS: Final = (
         "loss "
         "of power nothing jogs.",
         "`_missing_jog` in `gateway/fics/knowledge.py`",
-        "It is not tried: a JOG has no end of its own.",
-        "A JOG that goes on is not seen.",
-        "Jog an axis from the console, with a person at the hardware stop, and see whether it is told as "
-        "JOG.",
+        "An axis jogs for a moment, bounded by the places that are named, and ACD is asked meanwhile; what a "
+        "loss of power leaves is not tried.",
+        "A second axis is not let join a JOG. One that is told as standing still contradicts the gateway.",
+        "A robot that is homed, `--allow motion`, two places, and an answer for the robot.",
         level=Level.MOTION,
+        motor="One axis jogs slowly towards a place that is named, for a second at most, and is stopped.",
+        harmless=True,
     ),
     Assumption(
         "positions-after-power",

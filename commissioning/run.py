@@ -23,6 +23,9 @@ BENCHES: Final[Mapping[str, tuple[Callable[..., Bench], Mapping[str, Any]]]] = M
 STUCK_MS: Final = 10_000
 """Longest time in ms for which a message may wait in the dual-port RAM while that is measured."""
 ECHO: Final = "echo"
+MAY_MOVE: Final = (
+    " A motor that was to move may go on as far as the place that was named: look, and use the hardware stop."
+)
 AFTER_A_SURPRISE: Final = "See to {slug} first: change what is proposed, or find out why it is so."
 
 
@@ -101,7 +104,7 @@ async def _walk(bench: Bench, trials: Mapping[str, Any], tell: Tell) -> tuple[li
         try:
             finding = found[row.slug] = await _try(row, bench, trials.get(row.slug))
         except TransportLost as error:
-            lost = str(error)
+            lost = f"{error}{MAY_MOVE if row.level is Level.MOTION else ''}"
             break
         for level in _bars(row, finding):
             barred.setdefault(level, row.slug)

@@ -25,8 +25,8 @@ from tests.commissioning.benches import (
 )
 from tests.plants import in_virtual_time
 
-NEVER_TOLD = {"label-answers", "lasting-errors", "dpram-map", "dpram-times", "jog-mode"}
-"""Quirks that a line without labels, errors and RAM, on which nothing jogs, does not show."""
+NEVER_TOLD = {"label-answers", "lasting-errors", "dpram-map", "dpram-times"}
+"""Quirks that a line without labels, errors and RAM does not show."""
 
 
 class Case(NamedTuple):
@@ -137,6 +137,8 @@ DEEDS = (
     Case("cell", "positions-after-power", CONTRADICTS, prepare=homed),
     Case("cell", "error-after-power", CONTRADICTS),
     Case("cell", "homing-outlasts", CONTRADICTS, prepare=homed),
+    Case("cell", "jog-mode", DIFFERS, prepare=homed),
+    Case("cell", "jog-mode", DIFFERS, prepare=in_mode_3),
     Case("cell", "stop-overtakes", DIFFERS, prepare=in_mode_3),
     Case("cell", "stop-overtakes", DIFFERS, prepare=homed),
 )

@@ -122,11 +122,6 @@ def name_of(value: object) -> str:
     return value.slug if isinstance(value, Case) else getattr(value, "__name__", "")
 
 
-@pytest.mark.parametrize("story", ROBOT_STORIES, ids=name_of)
-def test_a_jog_that_is_told_as_a_move_is_stopped_all_the_same(story: Story) -> None:
-    tell(Case("cell", "jog-mode", Result.CONTRADICTS), story)
-
-
 def test_the_page_tells_what_is_left_where_several_stories_are_left_out() -> None:
     wanting = {
         slug for slug, stories in LEFT_OUT.items() if {*stories.values()} != {ANEW} and len(stories) > 1

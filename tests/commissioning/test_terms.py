@@ -144,6 +144,8 @@ async def test_moves_stay_between_the_places() -> None:
         (rc400, away, NEAR, b"2AM", b"5IS"),
         (fics, homed, Places(140, 180), b"LMA", b"AES"),
         (fics, in_mode_3, Places(140, 180), b"LMA", b"AES"),
+        (fics, homed, Places(140, 180), b"JOG", b"JOG X\r"),
+        (fics, in_mode_3, Places(140, 180), b"JOG", b"JOG X\r"),
     ],
 )
 @in_virtual_time
