@@ -119,11 +119,13 @@ RORZE: Final = (
         "half-command",
         "rorze",
         "61 characters and CR end a half-received command without executing anything (23h).",
-        "`POISON` in `protocols/rorze/link.py`",
-        "Half a question is sent (3ND), then these characters: it must not be answered.",
+        "`half_commands`; `HALF_COMMAND_ENDS` in `protocols/rorze/link.py`",
+        "Half a question is sent (3ND), then these characters: it must not be answered. Where it is, another "
+        "CR and LF behind them are tried (17.1).",
         "What was cut off in the middle may be executed when the port is opened.",
         "A body that answers.",
-        rest="a command that was cut off in the middle may be carried out later",
+        key="half_commands",
+        rest="without it a command that was cut off in the middle may be carried out later",
     ),
     Assumption(
         "curve-tick",
@@ -197,7 +199,8 @@ FICS: Final = (
         "Half a question is sent (VER), then `!` and CR: it must not be answered.",
         "What was cut off in the middle may be executed when the port is opened.",
         "A robot that answers.",
-        rest="a command that was cut off in the middle may be carried out later",
+        rest="a command that was cut off in the middle may be carried out later: the C-HOST manual names "
+        "nothing else that ends a line without executing it, and no time after which half a line is forgotten",
     ),
     Assumption(
         "robot-terminator",

@@ -20,7 +20,8 @@ from gateway.rorze.errors import refused
 from gateway.rorze.session import Answered, Outcome, Presence, ReplyFrame, RorzeExchange, RorzeSession
 from gateway.texts import text
 from protocols.rorze.link import (
-    POISON,
+    HALF_COMMAND_ENDS,
+    HalfCommandEnd,
     LinkReader,
     Message,
     Refusal,
@@ -125,6 +126,7 @@ class Line(LineDriver[RorzeExchange, ReplyFrame | Message, ReplyFrame]):
         reply_timeout_s: float = 0.5,
         late_reply_s: float = 2.0,
         interject_stops: bool = True,
+        half_commands: HalfCommandEnd = "overlong",
         port_baud: int = 9600,
         rng: random.Random | None = None,
     ) -> None:
@@ -141,6 +143,7 @@ class Line(LineDriver[RorzeExchange, ReplyFrame | Message, ReplyFrame]):
         if transport.is_bridged:
             self.byte_time_s = 10 / port_baud  # bits of a byte, with start and stop
         session.byte_time_s = self.byte_time_s
+        self._half_command_end = HALF_COMMAND_ENDS[half_commands]
         self._garbage_before = 0
         self.controllers = ""
         """The link master's answer to XID."""
@@ -270,7 +273,7 @@ class Line(LineDriver[RorzeExchange, ReplyFrame | Message, ReplyFrame]):
         self._begins_set_up()
         self.set_ups += 1
         if fresh:
-            await self._clear_with(POISON, self._session.terms.late_reply_s)
+            await self._clear_with(self._half_command_end, self._session.terms.late_reply_s)
             self._garbage_before = self.counters["garbage"]
         identified = await self._tell(IdentifyControllers())
         if isinstance(identified, Answered):

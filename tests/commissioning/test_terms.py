@@ -105,10 +105,10 @@ async def test_a_body_is_left_as_it_was() -> None:
 @in_virtual_time
 async def test_after_a_contradiction_nothing_is_set_or_moved() -> None:
     machine = rc400()
-    RC400_QUIRKS["half-command"](machine)
+    RC400_QUIRKS["wrong-mode"](machine)
     report, cable = await commissioned(machine, all_allowed(machine, NEAR))
     assert effects(cable) == {Effect.READ}
-    assert "half-command" in (result_of(report, "comment-kept").needed or "")
+    assert "wrong-mode" in (result_of(report, "comment-kept").needed or "")
 
 
 @in_virtual_time
