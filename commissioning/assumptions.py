@@ -90,8 +90,7 @@ RORZE: Final = (
         "Bodies are addressed in a form that this link master does not know.",
         "A link master or a body that answers: check power, cable and baud rate.",
         key="introducer",
-        rest="an old link master knows neither groups nor bodies beyond 0F; a user comment may have a `$`: "
-        "one whose end is lost on the wire takes in the question behind it",
+        rest="an old link master knows neither groups nor bodies beyond 0F",
     ),
     Assumption(
         "label-answers",
@@ -199,8 +198,8 @@ FICS: Final = (
         "Half a question is sent (VER), then `!` and CR: it must not be answered.",
         "What was cut off in the middle may be executed when the port is opened.",
         "A robot that answers.",
-        rest="a command that was cut off in the middle may be carried out later: the C-HOST manual names "
-        "nothing else that ends a line without executing it, and no time after which half a line is forgotten",
+        rest="a command that was cut off in the middle may be carried out later: the C-HOST manual names no "
+        "other way to end a line without executing it, and no time after which half a line is forgotten",
     ),
     Assumption(
         "robot-terminator",

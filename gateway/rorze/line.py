@@ -20,7 +20,6 @@ from gateway.rorze.errors import refused
 from gateway.rorze.session import Answered, Outcome, Presence, ReplyFrame, RorzeExchange, RorzeSession
 from gateway.texts import text
 from protocols.rorze.link import (
-    HALF_COMMAND_ENDS,
     HalfCommandEnd,
     LinkReader,
     Message,
@@ -134,6 +133,7 @@ class Line(LineDriver[RorzeExchange, ReplyFrame | Message, ReplyFrame]):
             bodies,
             groups,
             introducer=introducer,
+            half_commands=half_commands,
             reply_timeout_s=reply_timeout_s,
             late_reply_s=late_reply_s,
             interject_stops=interject_stops,
@@ -143,7 +143,6 @@ class Line(LineDriver[RorzeExchange, ReplyFrame | Message, ReplyFrame]):
         if transport.is_bridged:
             self.byte_time_s = 10 / port_baud  # bits of a byte, with start and stop
         session.byte_time_s = self.byte_time_s
-        self._half_command_end = HALF_COMMAND_ENDS[half_commands]
         self._garbage_before = 0
         self.controllers = ""
         """The link master's answer to XID."""
@@ -259,7 +258,7 @@ class Line(LineDriver[RorzeExchange, ReplyFrame | Message, ReplyFrame]):
 
     def can_address(self, body: int) -> bool:
         """True if the line's way of addressing reaches this body number."""
-        return self._session.introducer == "&" or body <= 0xF
+        return self._session.form.introducer == "&" or body <= 0xF
 
     def _break_off(self, reason: str) -> None:
         if self._session.awaits_replies():
@@ -273,7 +272,7 @@ class Line(LineDriver[RorzeExchange, ReplyFrame | Message, ReplyFrame]):
         self._begins_set_up()
         self.set_ups += 1
         if fresh:
-            await self._clear_with(self._half_command_end, self._session.terms.late_reply_s)
+            await self._clear_with(self._session.form.half_command_end, self._session.terms.late_reply_s)
             self._garbage_before = self.counters["garbage"]
         identified = await self._tell(IdentifyControllers())
         if isinstance(identified, Answered):

@@ -41,7 +41,7 @@ class Bent:
         self.cable.write = written  # type: ignore[method-assign]
 
     async def commissioned(self, text: str = CONFIG) -> Any:
-        line: Any = next(it for it in parse(text, "gateway.toml").lines if it.id == "cell")
+        line: Any = next(table for table in parse(text, "gateway.toml").lines if table.id == "cell")
         return await commission(line, all_allowed(self.machine, NEAR), open_transport=lambda _: self.cable)
 
 
@@ -156,7 +156,7 @@ async def test_the_axis_is_that_of_the_unit_that_the_robot_has_selected() -> Non
         asked.append(what)
         return False
 
-    line: Any = next(it for it in parse(TWO_UNITS, "gateway.toml").lines if it.id == "cell")
+    line: Any = next(table for table in parse(TWO_UNITS, "gateway.toml").lines if table.id == "cell")
     terms = replace(all_allowed(machine, NEAR), consent=consent)
     await commission(line, terms, open_transport=lambda _: SimulatedCable(machine))
     moves = [what for what in asked if "axis" in what and "No axis" not in what and "no axis" not in what]
