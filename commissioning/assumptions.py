@@ -442,7 +442,8 @@ BOTH: Final = (
         "A reply may be taken for that to a later command, once it was given up.",
         "Somebody who answers.",
         key="late_reply_s",
-        rest="what waits for a late reply is as late",
+        rest="what waits for a late reply is as late: a stop may be told as not confirmed, and be confirmed "
+        "some seconds later",
     ),
     Assumption(
         "turnaround",
@@ -456,7 +457,8 @@ BOTH: Final = (
         "Commands are told as unanswered before their replies can be there.",
         "Somebody who answers.",
         key="reply_timeout_s",
-        rest="a line on which each reply is slow refuses what has many steps, and sends nothing",
+        rest="on a line on which each reply takes a quarter of a second, jogs of bodies and moves of SCARA "
+        "robots do not begin in time, and are refused: nothing is sent",
     ),
     Assumption(
         "stop-overtakes",
