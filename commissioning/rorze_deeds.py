@@ -128,7 +128,7 @@ async def _define(row: Assumption, bench: RorzeBench, body: int) -> int | None:
     taken = {group.number for group in bench.line.groups} | set(bench.line.sweep_numbers)
     group = next(number for number in range(LAST_GROUP, FIRST_GROUP - 1, -1) if number not in taken)
     what = f"RC-400: virtual body {group:02X} is defined (XVS). No motor moves because of it. Do it?"
-    if bench.line.introducer != "&" or not await bench.consents(row, f"{LINK_MASTER:02X}", what):
+    if bench.introducer != "&" or not await bench.consents(row, f"{LINK_MASTER:02X}", what):
         return None
     await bench.ask(LINK_MASTER, SetGroup(group=f"{group:02X}", members=[f"{body:02X}"]))
     return group if await bench.answers(group) else None

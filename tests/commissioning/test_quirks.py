@@ -173,6 +173,15 @@ async def test_a_quirk_is_found_and_the_change_proposed(case: Case) -> None:
     assert not report.is_right()
 
 
+@each_case
+@in_virtual_time
+async def test_it_is_found_as_well_where_all_is_allowed(case: Case) -> None:
+    machine = quirky(case)
+    report, _ = await commissioned(machine, all_allowed(machine, places_of(case)))
+    assert result_of(report, case.slug).result is case.result
+    assert report.changes() == case.proposed
+
+
 @in_virtual_time
 async def test_hidden_positions_are_not_taken_for_other_bits() -> None:
     report, _ = await commissioned(quirky(Case("cell", "hidden-positions", CONTRADICTS, prepare=homed)))
