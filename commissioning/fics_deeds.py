@@ -6,11 +6,12 @@ from contextlib import AsyncExitStack, asynccontextmanager, suppress
 from dataclasses import dataclass, field
 from functools import partial
 from itertools import pairwise
+from statistics import median
 from types import MappingProxyType
 from typing import Any, Final
 
 from commissioning.assumptions import Assumption
-from commissioning.bench import OUTAGE
+from commissioning.bench import LONGEST_ANSWER, OUTAGE
 from commissioning.fics import NOBODY, QUESTIONS, REST_S, FicsBench, Trial, at_rest, stored
 from commissioning.findings import Finding, Result, agrees, cannot_tell, fails
 from gateway.fics.session import NO_UPLOAD
@@ -248,19 +249,25 @@ async def _see_outage(row: Assumption, bench: FicsBench) -> Outage | Finding:
     if not _is_back(bench, on_at) or silent_s < LEAST_GAP_S:
         return cannot_tell(row, "The robot was not seen to lose its power, or did not come back.")
     error, positions = await bench.read(TakeCurrentError()), await bench.told(GetUserPosition())
+    if error is None or positions is None:
+        return cannot_tell(row, "The robot did not tell its error or its positions after its power was off.")
     return Outage(
         silent_s,
         max(back_at - on_at - EARLY_S, 0.0),
         before is not None and UNKNOWN not in before,
-        positions or "",
-        "" if error is None else str(error.error),
+        positions,
+        str(error.error),
     )
 
 
 async def _knock(bench: FicsBench) -> None:
-    """Ask, and do not wait for the answer."""
-    bench.talk.send(bench.frame(GetSystemVersion()))
+    """Ask, and wait about as long as an answer takes: many that were not waited for would queue up."""
+    question, since = bench.frame(GetSystemVersion()), len(bench.talk.heard)
+    bench.talk.send(question)
     await bench.pause(LISTEN_S)
+    byte_s = bench.talk.port.byte_time_s
+    takes_s = 2 * median(bench.times) + (len(question) + LONGEST_ANSWER) * byte_s - LISTEN_S
+    await bench.talk.hear(bool, max(takes_s, 0.0), since)
 
 
 def _is_back(bench: FicsBench, on_at: float) -> bool:

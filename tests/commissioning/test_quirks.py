@@ -1,6 +1,8 @@
 """For each assumption a line on which it is false: commissioning finds it, and proposes the right change."""
 
+import asyncio
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from typing import Any, NamedTuple
 
 import pytest
@@ -277,3 +279,22 @@ async def test_all_trials_leave_a_machine_that_is_as_assumed_as_it_was(
 def test_each_assumption_has_its_quirk() -> None:
     at_the_port = {"dpram-map", "dpram-times"}
     assert {it.slug for it in ASSUMPTIONS} == {*RC400_QUIRKS, *FICS_QUIRKS, *at_the_port}
+
+
+@in_virtual_time
+async def test_a_robot_on_a_slow_line_is_asked_no_faster_than_it_answers_while_its_power_is_switched() -> (
+    None
+):
+    """At 4800 baud an answer to VER takes longer than the time between two looks at a robot."""
+    machine = prepared(Case("cell", "positions-after-power", DIFFERS, prepare=homed))
+    text = CONFIG.replace("baud=19200", "baud=4800")
+    terms = all_allowed(machine, Places(140, 180), off_s=1.0)
+
+    async def slowly(row: Any, subject: str, what: str) -> bool:
+        await asyncio.sleep(20.0)
+        return await terms.switch(row, subject, what)
+
+    report, _ = await commissioned(machine, replace(terms, switch=slowly), text, baud=4800)
+    assert unlike(report) == {}
+    told = [result_of(report, slug).result for slug in ("positions-after-power", "error-after-power")]
+    assert told == [Result.AGREES] * 2
