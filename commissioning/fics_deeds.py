@@ -13,7 +13,7 @@ from typing import Any, Final
 from commissioning.assumptions import Assumption
 from commissioning.bench import LONGEST_ANSWER, OUTAGE
 from commissioning.fics import NOBODY, QUESTIONS, REST_S, FicsBench, Trial, at_rest, stored
-from commissioning.findings import Finding, Result, agrees, cannot_tell, fails
+from commissioning.findings import Finding, Result, Unanswered, agrees, cannot_tell, fails
 from gateway.fics.session import NO_UPLOAD
 from protocols.fics.alarms import ResetErrors, TakeCurrentError
 from protocols.fics.jog import StartJog, StopJog
@@ -92,20 +92,27 @@ async def _agreed(row: Assumption, bench: FicsBench, what: str) -> Finding | Non
 
 
 async def _refused(bench: FicsBench, command: FicsCommand[Any]) -> str | None:
-    """Send a command, and give the error that refused it; a robot in Ver.2 tells it only if asked (ERR)."""
+    """Send a command, and give the error that refused it; a robot in Ver.2 tells it only if asked (ERR).
+
+    :raises Unanswered: it has told neither.
+    """
     reply = await bench.read(GetCommunicationMode()) if not bench.memory.get("uploading") else None
     tells = reply is not None and reply.mode == HostMode.VER_3
     bench.memory["tells"] = tells = bench.memory.get("tells", tells) if reply is None else tells
     if tells or command.is_query():
         frames = await bench.ask(command)
         refusals = [frame.error for frame in frames if isinstance(frame, FicsRefusal)]
-        if refusals or frames or tells:
+        if tells and not frames:
+            raise Unanswered(f"{command.code} was not answered.")
+        if frames:
             return refusals[0] if refusals else None
     else:
         bench.talk.send(bench.frame(command))
         await bench.settle()
-    error = await bench.read(TakeCurrentError())
-    return None if error is None or error.error == NO_ERROR else str(error.error)
+    error = await bench.read(TakeCurrentError(), tries=1)  # asking has cleared it
+    if error is None:
+        raise Unanswered(f"The robot did not tell whether it has refused {command.code}.")
+    return None if error.error == NO_ERROR else str(error.error)
 
 
 SETS: Final = "numbers and positions are set and set back, no axis moves because of it."
@@ -181,7 +188,7 @@ async def numbers_as_set(row: Assumption, bench: FicsBench) -> Finding:
             after = await bench.read(GetVariable(number=LAST_VARIABLE))
             told[value] = None if after is None else after.value
     finally:
-        with suppress(TransportError):
+        with suppress(TransportError, Unanswered):
             await _refused(bench, SetVariable(number=LAST_VARIABLE, value=before.value))
     wrong = {value: answer for value, answer in told.items() if answer != value}
     if wrong:
@@ -406,7 +413,7 @@ async def _meanwhile(
             value in (None, read) for value, read in zip(values, getattr(after, name), strict=False)
         )
     finally:
-        with suppress(TransportError):
+        with suppress(TransportError, Unanswered):
             await _refused(bench, setting(**{name: before}))
 
 

@@ -6,9 +6,9 @@ from types import MappingProxyType
 from typing import Any, Final
 
 from commissioning.assumptions import Assumption
-from commissioning.bench import SETTLES_S, Bench, Key, Terms, copies, echo, late_replies, turnaround
+from commissioning.bench import SETTLES_S, TRIES, Bench, Key, Terms, copies, echo, late_replies, turnaround
 from commissioning.conversation import Conversation, Heard
-from commissioning.findings import Change, Finding, agrees, cannot_tell, fails
+from commissioning.findings import Change, Finding, Unanswered, agrees, cannot_tell, fails
 from gateway.rorze.power import LASTING_ERRORS
 from protocols.lines import CR, Garbage
 from protocols.rorze.encoder import GetAdjustmentLimit
@@ -107,7 +107,10 @@ class RorzeBench(Bench):
 
     async def read(self, body: int, command: RorzeCommand[Any]) -> Any:
         """Ask, and give the reply as the command's row reads it; None if none came or it is another."""
-        answer = await self.ask(body, command)
+        for _ in range(TRIES):
+            answer = await self.ask(body, command)
+            if answer is not None:
+                break
         try:
             return command.read_reply(answer.payload) if isinstance(answer, Answer) else None
         except WireFault:
@@ -319,7 +322,9 @@ async def lasting_errors(row: Assumption, bench: RorzeBench) -> Finding:
 
 async def _errors(bench: RorzeBench, body: int) -> int:
     reply = await bench.read(body, GetControllerStatus())
-    return 0 if reply is None or reply.bits is None else reply.bits & LASTING_ERRORS
+    if reply is None:
+        raise Unanswered(f"Body {body:02X} does not tell its status.")
+    return 0 if reply.bits is None else reply.bits & LASTING_ERRORS
 
 
 Trial = Callable[[Assumption, RorzeBench], Awaitable[Finding]]

@@ -10,7 +10,7 @@ from commissioning import fics, fics_deeds, rorze, rorze_deeds
 from commissioning.assumptions import Assumption, Level, of_family
 from commissioning.bench import OUTAGE, Bench, Terms
 from commissioning.conversation import Conversation
-from commissioning.findings import Finding, Result, cannot_tell
+from commissioning.findings import Finding, Result, Unanswered, cannot_tell
 from commissioning.report import Measured, Outcome, Report, Setting
 from transports import Transport, TransportLost, create
 
@@ -133,7 +133,14 @@ async def _try(
         return cannot_tell(row, row.probe)
     if row.level is not Level.QUESTIONS and row.level not in bench.terms.allowed:
         return cannot_tell(row, f"Only questions were asked: it takes `--allow {row.level}`.")
-    return await trial(row, bench)
+    try:
+        finding = await trial(row, bench)
+        is_false = finding.result in (Result.DIFFERS, Result.CONTRADICTS) and not row.harmless
+        if is_false and row.level is not Level.MOTION and not row.person:
+            finding = await trial(row, bench)  # an answer may have been lost, once
+    except Unanswered as error:
+        return cannot_tell(row, str(error), "Repeat it.")
+    return finding
 
 
 def _outcomes(row: Assumption, finding: Finding, line: Any) -> Iterator[Outcome]:

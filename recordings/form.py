@@ -26,7 +26,7 @@ SAMPLE_COLUMNS: Final = ("time", "body_id", "move_id", "time_s", "axis", "positi
 PIECE: Final = 65_536
 _LEVEL: Final = 1
 UNPACKED_TIMES: Final = 200
-"""No recording is so many times as large as its file, but for a small one."""
+"""The most bytes of a recording for each byte of its file, but for a small one."""
 SMALL: Final = 64 << 20
 """Bytes of a recording that may be small in its file."""
 
