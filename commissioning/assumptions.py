@@ -90,8 +90,7 @@ RORZE: Final = (
         "Bodies are addressed in a form that this link master does not know.",
         "A link master or a body that answers: check power, cable and baud rate.",
         key="introducer",
-        rest="an old link master knows neither groups nor bodies beyond 0F; a user comment may have a `$`: "
-        "one whose end is lost on the wire takes in the question behind it",
+        rest="an old link master knows neither groups nor bodies beyond 0F",
     ),
     Assumption(
         "label-answers",
@@ -119,11 +118,13 @@ RORZE: Final = (
         "half-command",
         "rorze",
         "61 characters and CR end a half-received command without executing anything (23h).",
-        "`POISON` in `protocols/rorze/link.py`",
-        "Half a question is sent (3ND), then these characters: it must not be answered.",
+        "`half_commands`; `HALF_COMMAND_ENDS` in `protocols/rorze/link.py`",
+        "Half a question is sent (3ND), then these characters: it must not be answered. Where it is, another "
+        "CR and LF behind them are tried (17.1).",
         "What was cut off in the middle may be executed when the port is opened.",
         "A body that answers.",
-        rest="a command that was cut off in the middle may be carried out later",
+        key="half_commands",
+        rest="without it a command that was cut off in the middle may be carried out later",
     ),
     Assumption(
         "curve-tick",
@@ -197,7 +198,8 @@ FICS: Final = (
         "Half a question is sent (VER), then `!` and CR: it must not be answered.",
         "What was cut off in the middle may be executed when the port is opened.",
         "A robot that answers.",
-        rest="a command that was cut off in the middle may be carried out later",
+        rest="a command that was cut off in the middle may be carried out later: the C-HOST manual names no "
+        "other way to end a line without executing it, and no time after which half a line is forgotten",
     ),
     Assumption(
         "robot-terminator",
@@ -342,11 +344,13 @@ FICS: Final = (
         "loss "
         "of power nothing jogs.",
         "`_missing_jog` in `gateway/fics/knowledge.py`",
-        "It is not tried: a JOG has no end of its own.",
-        "A JOG that goes on is not seen.",
-        "Jog an axis from the console, with a person at the hardware stop, and see whether it is told as "
-        "JOG.",
+        "An axis jogs for a moment, bounded by the places that are named, and ACD is asked meanwhile; what a "
+        "loss of power leaves is not tried.",
+        "A second axis is not let join a JOG. One that is told as standing still contradicts the gateway.",
+        "A robot that is homed, `--allow motion`, two places, and an answer for the robot.",
         level=Level.MOTION,
+        motor="One axis jogs slowly towards a place that is named, for a second at most, and is stopped.",
+        harmless=True,
     ),
     Assumption(
         "positions-after-power",
@@ -438,7 +442,8 @@ BOTH: Final = (
         "A reply may be taken for that to a later command, once it was given up.",
         "Somebody who answers.",
         key="late_reply_s",
-        rest="what waits for a late reply is as late",
+        rest="what waits for a late reply is as late: a stop may be told as not confirmed, and be confirmed "
+        "some seconds later",
     ),
     Assumption(
         "turnaround",
@@ -452,7 +457,8 @@ BOTH: Final = (
         "Commands are told as unanswered before their replies can be there.",
         "Somebody who answers.",
         key="reply_timeout_s",
-        rest="a line on which each reply is slow refuses what has many steps, and sends nothing",
+        rest="on a line on which each reply takes a quarter of a second, jogs of bodies and moves of SCARA "
+        "robots do not begin in time, and are refused: nothing is sent",
     ),
     Assumption(
         "stop-overtakes",

@@ -22,6 +22,8 @@ LONGEST_ANSWER = 64
 QUESTIONS = 40
 """Numbered questions of the sample, divided among all who are asked."""
 LEAST_EACH = 3
+TRIES = 2
+"""Questions after which an answer is missing: one may be lost."""
 ALLOWANCE = 2.0
 """Times by which a proposed limit exceeds what was measured."""
 MODEL_TURNAROUND_S = 0.003

@@ -7,7 +7,7 @@ from types import MappingProxyType
 from typing import Any, Final
 
 from commissioning.assumptions import Assumption
-from commissioning.bench import SETTLES_S, Bench, Key, Terms, copies, echo, late_replies, turnaround
+from commissioning.bench import SETTLES_S, TRIES, Bench, Key, Terms, copies, echo, late_replies, turnaround
 from commissioning.conversation import Conversation, Heard
 from commissioning.findings import Change, Finding, agrees, cannot_tell, fails
 from gateway.fics.units import NOT_SET
@@ -78,7 +78,7 @@ class FicsBench(Bench):
         """Find the end of a line that the robot understands, the configured one first."""
         for terminator in sorted(TERMINATORS, key=lambda terminator: terminator != self.line.terminator):
             self.terminator = terminator
-            if await self.ask(GetSystemVersion()):
+            if await self.told(GetSystemVersion()) is not None:
                 return
         self.terminator = self.line.terminator
 
@@ -98,14 +98,17 @@ class FicsBench(Bench):
 
         return answers(await self.talk.hear(over, self.within_s(frame) + within_s, since))
 
-    async def told(self, command: FicsCommand[Any]) -> str | None:
-        """Ask for one answer, and give its text; None if none came."""
-        answers = [frame for frame in await self.ask(command) if isinstance(frame, QueryAnswer)]
-        return answers[0].payload if answers else None
+    async def told(self, command: FicsCommand[Any], tries: int = TRIES) -> str | None:
+        """Ask for one answer, and give its text; None if none came to any of `tries` questions."""
+        for _ in range(tries):
+            answers = await self.ask(command)
+            if answers:
+                return next((frame.payload for frame in answers if isinstance(frame, QueryAnswer)), None)
+        return None
 
-    async def read(self, command: FicsCommand[Any]) -> Any:
+    async def read(self, command: FicsCommand[Any], tries: int = TRIES) -> Any:
         """Ask for one answer, and give it as the command's row reads it; None if none came."""
-        payload = await self.told(command)
+        payload = await self.told(command, tries)
         try:
             return None if payload is None else command.read_reply(payload)
         except WireFault:

@@ -1,19 +1,24 @@
 """The trials of a robot that set something, need a person at the power switch, or move an axis."""
 
-from collections.abc import AsyncIterator, Mapping
-from contextlib import asynccontextmanager, suppress
-from dataclasses import dataclass
+import asyncio
+from collections.abc import AsyncIterator, Callable, Mapping
+from contextlib import AsyncExitStack, asynccontextmanager, suppress
+from dataclasses import dataclass, field
+from functools import partial
 from itertools import pairwise
+from statistics import median
 from types import MappingProxyType
 from typing import Any, Final
 
 from commissioning.assumptions import Assumption
-from commissioning.bench import OUTAGE
-from commissioning.fics import NOBODY, QUESTIONS, FicsBench, Trial, at_rest, stored
-from commissioning.findings import Finding, Result, agrees, cannot_tell, fails
+from commissioning.bench import LONGEST_ANSWER, OUTAGE
+from commissioning.fics import NOBODY, QUESTIONS, REST_S, FicsBench, Trial, at_rest, stored
+from commissioning.findings import Finding, Result, Unanswered, agrees, cannot_tell, fails
 from gateway.fics.session import NO_UPLOAD
 from protocols.fics.alarms import ResetErrors, TakeCurrentError
+from protocols.fics.jog import StartJog, StopJog
 from protocols.fics.link import FicsRefusal
+from protocols.fics.motor_axes import GetMotorPosition
 from protocols.fics.moves import MoveAbsolute
 from protocols.fics.notation import UNKNOWN
 from protocols.fics.positions import (
@@ -23,11 +28,17 @@ from protocols.fics.positions import (
     EndPositionUpload,
     UploadPosition,
 )
-from protocols.fics.row import UPLOAD_ERROR, FicsCommand
-from protocols.fics.speeds import GetSpeedPercent, SetSpeedPercent
+from protocols.fics.row import UPLOAD_ERROR, FicsCommand, RobotAction
+from protocols.fics.soft_limits import (
+    GetLowerSoftLimits,
+    GetUpperSoftLimits,
+    SetLowerSoftLimits,
+    SetUpperSoftLimits,
+)
+from protocols.fics.speeds import GetMaximumSpeeds, GetSpeedPercent, SetMaximumSpeeds, SetSpeedPercent
 from protocols.fics.status import GetAxisStatus, GetUserPosition, MotionMode
 from protocols.fics.stops import StopAllDecelerating, StopAllImmediately
-from protocols.fics.system import GetCommunicationMode, GetSystemVersion, HostMode
+from protocols.fics.system import GetCommunicationMode, GetSystemVersion, GetUnit, HostMode
 from protocols.fics.variables import LAST_VARIABLE, GetVariable, SetVariable
 from transports import TransportError
 
@@ -43,8 +54,21 @@ EARLY_S: Final = 0.5
 """Seconds by which the first answer may precede the word of the person at the switch."""
 UNIT_HOLDS_S: Final = 0.5
 SLOW_PERCENT: Final = 5.0
+SLOWLY: Final = f"at {SLOW_PERCENT:g} % (VAO, LMA)"
 LONGEST_MOVE_S: Final = 60.0
 STOP_AFTER_S: Final = 0.3
+JOG_S: Final = 1.0
+"""The longest time in seconds for which an axis jogs."""
+LOOKS: Final = 3
+"""Looks at an axis that jogs: of the first the motor may just have begun to move."""
+LEAST_SPEED: Final = 0.1
+"""The least speed in units/s that can be written with the decimals of all robots."""
+STOPS: Final = 3
+"""Times that AES is sent to a robot that is not seen to stand."""
+STOPPED_WITHIN_S: Final = 1.0
+"""Seconds after which an axis that is not seen to stand is stopped again."""
+STANDS: Final = frozenset({MotionMode.STANDING, MotionMode.STOPPED})
+HARDWARE_STOP: Final = "Use the hardware stop."
 NO_ERROR: Final = "E00"
 NOT_AGREED: Final = "Nobody has agreed to it."
 NEEDS_A_BOOT: Final = (
@@ -68,20 +92,27 @@ async def _agreed(row: Assumption, bench: FicsBench, what: str) -> Finding | Non
 
 
 async def _refused(bench: FicsBench, command: FicsCommand[Any]) -> str | None:
-    """Send a command, and give the error that refused it; a robot in Ver.2 tells it only if asked (ERR)."""
+    """Send a command, and give the error that refused it; a robot in Ver.2 tells it only if asked (ERR).
+
+    :raises Unanswered: it has told neither.
+    """
     reply = await bench.read(GetCommunicationMode()) if not bench.memory.get("uploading") else None
     tells = reply is not None and reply.mode == HostMode.VER_3
     bench.memory["tells"] = tells = bench.memory.get("tells", tells) if reply is None else tells
     if tells or command.is_query():
         frames = await bench.ask(command)
         refusals = [frame.error for frame in frames if isinstance(frame, FicsRefusal)]
-        if refusals or frames or tells:
+        if tells and not frames:
+            raise Unanswered(f"{command.code} was not answered.")
+        if frames:
             return refusals[0] if refusals else None
     else:
         bench.talk.send(bench.frame(command))
         await bench.settle()
-    error = await bench.read(TakeCurrentError())
-    return None if error is None or error.error == NO_ERROR else str(error.error)
+    error = await bench.read(TakeCurrentError(), tries=1)  # asking has cleared it
+    if error is None:
+        raise Unanswered(f"The robot did not tell whether it has refused {command.code}.")
+    return None if error.error == NO_ERROR else str(error.error)
 
 
 SETS: Final = "numbers and positions are set and set back, no axis moves because of it."
@@ -157,7 +188,7 @@ async def numbers_as_set(row: Assumption, bench: FicsBench) -> Finding:
             after = await bench.read(GetVariable(number=LAST_VARIABLE))
             told[value] = None if after is None else after.value
     finally:
-        with suppress(TransportError):
+        with suppress(TransportError, Unanswered):
             await _refused(bench, SetVariable(number=LAST_VARIABLE, value=before.value))
     wrong = {value: answer for value, answer in told.items() if answer != value}
     if wrong:
@@ -225,19 +256,25 @@ async def _see_outage(row: Assumption, bench: FicsBench) -> Outage | Finding:
     if not _is_back(bench, on_at) or silent_s < LEAST_GAP_S:
         return cannot_tell(row, "The robot was not seen to lose its power, or did not come back.")
     error, positions = await bench.read(TakeCurrentError()), await bench.told(GetUserPosition())
+    if error is None or positions is None:
+        return cannot_tell(row, "The robot did not tell its error or its positions after its power was off.")
     return Outage(
         silent_s,
         max(back_at - on_at - EARLY_S, 0.0),
         before is not None and UNKNOWN not in before,
-        positions or "",
-        "" if error is None else str(error.error),
+        positions,
+        str(error.error),
     )
 
 
 async def _knock(bench: FicsBench) -> None:
-    """Ask, and do not wait for the answer."""
-    bench.talk.send(bench.frame(GetSystemVersion()))
+    """Ask, and wait about as long as an answer takes: many that were not waited for would queue up."""
+    question, since = bench.frame(GetSystemVersion()), len(bench.talk.heard)
+    bench.talk.send(question)
     await bench.pause(LISTEN_S)
+    byte_s = bench.talk.port.byte_time_s
+    takes_s = 2 * median(bench.times) + (len(question) + LONGEST_ANSWER) * byte_s - LISTEN_S
+    await bench.talk.hear(bool, max(takes_s, 0.0), since)
 
 
 def _is_back(bench: FicsBench, on_at: float) -> bool:
@@ -293,17 +330,29 @@ async def error_after_power(row: Assumption, bench: FicsBench) -> Finding:
 
 @dataclass(frozen=True, slots=True)
 class Way:
-    """A slow move of the first axis to one of the places that were named."""
+    """A slow motion of the first axis towards one of the places that were named."""
 
+    axis: str
     axes: int
     here: float
     target: float
-    percents: list[float | None]
-    """The shares of the full speed, which are set back."""
 
     def to(self, place: float) -> MoveAbsolute:
         """The move of the first axis to a place."""
         return MoveAbsolute(coordinates=[place, *[None] * (self.axes - 1)])
+
+    @property
+    def ends(self) -> tuple[float, float]:
+        """The lower and the upper of the place where it stands and the one that it goes to."""
+        return min(self.here, self.target), max(self.here, self.target)
+
+
+async def _first_axis(bench: FicsBench) -> str | None:
+    """The name of the first axis of the unit that the robot has selected; None if it does not tell."""
+    units, told = bench.line.robot.units, await bench.read(GetUnit())
+    number = told.host_unit if told is not None else units[0].number if len(units) == 1 else None
+    axes = next((unit.axes for unit in units if unit.number == number), None)
+    return None if axes is None else f"{axes[0]} of unit {number}"
 
 
 async def _way(row: Assumption, bench: FicsBench, what: str) -> Way | Finding:
@@ -311,40 +360,102 @@ async def _way(row: Assumption, bench: FicsBench, what: str) -> Way | Finding:
     places = bench.terms.places
     if places is None:
         return cannot_tell(row, "No two places were named.", "Name two places with `--between A B`.")
-    axis = bench.line.robot.units[0].axes[0]
-    said = f"axis {axis} {what} between {places.one:g} and {places.other:g} at {SLOW_PERCENT:g} % (VAO, LMA)."
+    if not await bench.is_there():
+        return cannot_tell(row, NOBODY)
+    axis = await _first_axis(bench)
+    if axis is None:
+        return cannot_tell(
+            row, "It is not known which unit the robot has selected.", "A unit of the configuration (UNT)."
+        )
+    said = f"axis {axis} {what.format(places=f'{places.one:g} and {places.other:g}')}."
     if unable := await _agreed(row, bench, said):
         return unable
-    told, shares = await bench.read(GetUserPosition()), await bench.read(GetSpeedPercent())
-    if told is None or shares is None or told.coordinates[0] is None:
+    if await _first_axis(bench) != axis:
+        return cannot_tell(
+            row, f"Axis {axis} is not selected any more.", "A robot that nobody else speaks to."
+        )
+    told = await bench.read(GetUserPosition())
+    if told is None or told.coordinates[0] is None:
         return cannot_tell(row, "The robot is not homed.", "A robot that is homed.")
     low, high = sorted((places.one, places.other))
     here = told.coordinates[0]
     if not low <= here <= high or low == high:
         return cannot_tell(row, f"Axis {axis} is at {here:g}.", "The axis has to stand between both places.")
     target = max((low, high), key=lambda place: abs(place - here))
-    return Way(len(told.coordinates), here, target, list(shares.percents))
+    return Way(axis[0], len(told.coordinates), here, target)
+
+
+Values = list[float | None]
 
 
 @asynccontextmanager
-async def _slowly(bench: FicsBench, way: Way) -> AsyncIterator[bool]:
+async def _meanwhile(
+    bench: FicsBench,
+    question: FicsCommand[Any],
+    setting: type[RobotAction],
+    change: Callable[[Values], Values],
+) -> AsyncIterator[bool]:
+    """Give a setting other values until the block ends, and those that it had after it.
+
+    Gives whether they were read back: without that nothing moves.
+    """
+    (name,) = setting.model_fields
+    told = await bench.read(question)
+    if told is None:
+        yield False
+        return
+    before: Values = list(getattr(told, name))
+    values = change(before)
+    try:
+        await _refused(bench, setting(**{name: values}))
+        after = await bench.read(question)
+        yield after is not None and all(
+            value in (None, read) for value, read in zip(values, getattr(after, name), strict=False)
+        )
+    finally:
+        with suppress(TransportError, Unanswered):
+            await _refused(bench, setting(**{name: before}))
+
+
+@asynccontextmanager
+async def _slowly(bench: FicsBench) -> AsyncIterator[bool]:
     """Let moves be slow, and the speed be as it was after; whatever goes on then is stopped.
 
     Gives whether the slow speed was read back: without that nothing moves.
     """
-    slow = [None if percent is None else min(SLOW_PERCENT, percent) for percent in way.percents]
-    await _refused(bench, SetSpeedPercent(percents=slow))
-    told = await bench.read(GetSpeedPercent())
-    try:
-        yield told is not None and list(told.percents) == slow
-    except BaseException:
-        with suppress(TransportError):
-            bench.talk.send(bench.frame(StopAllImmediately()))
-            await bench.settle()
-        raise
-    finally:
-        with suppress(TransportError):
-            await _refused(bench, SetSpeedPercent(percents=way.percents))
+
+    def slow(percents: Values) -> Values:
+        return [None if percent is None else min(SLOW_PERCENT, percent) for percent in percents]
+
+    async with _meanwhile(bench, GetSpeedPercent(), SetSpeedPercent, slow) as is_slow:
+        try:
+            yield is_slow
+        except BaseException:
+            await _halted(bench)
+            raise
+
+
+async def _halted(bench: FicsBench, *gently: FicsCommand[Any]) -> bool:
+    """Stop all that moves until it is seen to stand still; False if it is not.
+
+    :param gently: stops that are tried before.
+    """
+    with suppress(TransportError):
+        for stop in (*gently, *[StopAllImmediately()] * STOPS):
+            bench.talk.send(bench.frame(stop))
+            deadline = bench.talk.now() + STOPPED_WITHIN_S
+            while bench.talk.now() < deadline:
+                before = await _looked(bench)
+                await bench.pause(REST_S)
+                if before is not None and before == await _looked(bench):
+                    return True
+    return False
+
+
+async def _looked(bench: FicsBench) -> str | None:
+    """The places of all motors, where each tells that it stands; None if one does not."""
+    status, places = await bench.read(GetAxisStatus()), await bench.told(GetMotorPosition())
+    return places if status is not None and {axis.motion_mode for axis in status.axes} <= STANDS else None
 
 
 async def _stands(bench: FicsBench) -> float | None:
@@ -352,24 +463,21 @@ async def _stands(bench: FicsBench) -> float | None:
     deadline = bench.talk.now() + LONGEST_MOVE_S
     while bench.talk.now() < deadline:
         status = await bench.read(GetAxisStatus())
-        if status is not None and all(
-            axis.motion_mode in (MotionMode.STANDING, MotionMode.STOPPED) for axis in status.axes
-        ):
+        if status is not None and {axis.motion_mode for axis in status.axes} <= STANDS:
             told = await bench.read(GetUserPosition())
             place: float | None = None if told is None else told.coordinates[0]
             return place
         await bench.pause(LISTEN_S)
-    bench.talk.send(bench.frame(StopAllImmediately()))
-    await bench.settle()
+    await _halted(bench)
     return None
 
 
 async def homing_outlasts(row: Assumption, bench: FicsBench) -> Finding:
     """Look whether a slow move leaves the robot homed."""
-    way = await _way(row, bench, "moves there and back")
+    way = await _way(row, bench, f"moves there and back between {{places}} {SLOWLY}")
     if isinstance(way, Finding):
         return way
-    async with _slowly(bench, way) as is_slow:
+    async with _slowly(bench) as is_slow:
         if not is_slow:
             return _surprise("The slow speed was not taken (VAO). Nothing has moved.")
         for place in (way.target, way.here):
@@ -386,10 +494,11 @@ async def homing_outlasts(row: Assumption, bench: FicsBench) -> Finding:
 
 async def stop_overtakes(row: Assumption, bench: FicsBench) -> Finding:
     """Stop a slow move by both stops, one right after the other."""
-    way = await _way(row, bench, "moves, and is stopped on its way; the state EMERGENCY is reset then (DRT),")
+    what = "and is stopped on its way; the state EMERGENCY is reset then (DRT)"
+    way = await _way(row, bench, f"moves between {{places}} {SLOWLY}, {what}")
     if isinstance(way, Finding):
         return way
-    async with _slowly(bench, way) as is_slow:
+    async with _slowly(bench) as is_slow:
         if not is_slow:
             return _surprise("The slow speed was not taken (VAO). Nothing has moved.")
         bench.talk.send(bench.frame(way.to(way.target)))
@@ -412,6 +521,119 @@ async def stop_overtakes(row: Assumption, bench: FicsBench) -> Finding:
     return agrees("ASS and AES right after it are both taken; the robot stands.")
 
 
+# A JOG, which has no end of its own
+
+
+@dataclass(slots=True)
+class Jogged:
+    """An axis that jogs, as its robot tells of it."""
+
+    modes: list[set[MotionMode]] = field(default_factory=list)
+    """The motion modes of its unit, at each look."""
+    places: list[float] = field(default_factory=list)
+    """The places of the axis, where the robot tells them."""
+    refusal: str | None = None
+    """The error that refused the JOG in Ver.3."""
+
+    def has_moved(self, way: Way) -> bool:
+        """Tell whether the axis has left the place where it stood."""
+        return any(place != way.here for place in self.places)
+
+    def is_seen(self, way: Way) -> bool:
+        """Tell whether enough is seen: it moves, is where it must not be, or was refused."""
+        low, high = way.ends
+        beyond = any(not low <= place <= high for place in self.places)
+        return self.refusal is not None or beyond or (self.has_moved(way) and len(self.modes) >= LOOKS)
+
+
+async def jog_mode(row: Assumption, bench: FicsBench) -> Finding:
+    """Let an axis jog for a moment, and ask for its motion mode meanwhile."""
+    way = await _way(
+        row,
+        bench,
+        f"jogs towards the farther of {{places}} for {JOG_S:g} s at most (JOG), and is stopped; until then "
+        f"its maximum speed is {SLOW_PERCENT:g} % of its own (VSO), and its soft limits are the ends of that "
+        "way (SLP, SLM)",
+    )
+    if isinstance(way, Finding):
+        return way
+    low, high = way.ends
+    others: Values = [None] * (way.axes - 1)
+    async with AsyncExitStack() as bounds:
+        for question, setting, value in (
+            (GetMaximumSpeeds(), SetMaximumSpeeds, _slow),
+            (GetUpperSoftLimits(), SetUpperSoftLimits, partial(min, high)),
+            (GetLowerSoftLimits(), SetLowerSoftLimits, partial(max, low)),
+        ):
+            change = partial(_of_first, value, others)
+            if not await bounds.enter_async_context(_meanwhile(bench, question, setting, change)):
+                return cannot_tell(row, f"{question.code} was not taken. Nothing has moved.")
+        jogged, end = await _jog(bench, way)
+    if not end:
+        return _surprise(f"Axis {way.axis} was not seen to stand still after its JOG. {HARDWARE_STOP}")
+    return _told_of_jog(row, way, jogged)
+
+
+def _of_first(change: Callable[[float], float], others: Values, values: Values) -> Values:
+    """Other values of the first axis; those of the others are not set."""
+    first = values[0]
+    return [None if first is None else change(first), *others]
+
+
+def _slow(speed: float) -> float:
+    return max(round(speed * SLOW_PERCENT / 100, 1), LEAST_SPEED)
+
+
+async def _jog(bench: FicsBench, way: Way) -> tuple[Jogged, bool]:
+    """Let the axis jog until enough is seen, or its time is over; gives whether it was seen to stand then."""
+    jogged = Jogged()
+    stop = StopJog(axis=way.axis)
+    try:
+        async with asyncio.timeout(JOG_S):
+            await _watch_jog(bench, way, jogged)
+    except TimeoutError:
+        pass
+    except BaseException:
+        await _halted(bench, stop)
+        raise
+    return jogged, await _halted(bench, stop, stop)
+
+
+async def _watch_jog(bench: FicsBench, way: Way, jogged: Jogged) -> None:
+    """Begin the JOG, and look at it; in Ver.2 it is answered only where it is refused."""
+    start = StartJog(axis=way.axis, direction="+" if way.target > way.here else "-")
+    if bench.memory["tells"]:
+        answers = await bench.ask(start)
+        jogged.refusal = next((frame.error for frame in answers if isinstance(frame, FicsRefusal)), None)
+    else:
+        bench.talk.send(bench.frame(start))
+    while not jogged.is_seen(way):
+        await bench.pause(LISTEN_S)
+        status, place = await bench.read(GetAxisStatus()), await bench.read(GetUserPosition())
+        if status is not None:
+            jogged.modes.append({axis.motion_mode for axis in status.axes})
+        if place is not None and place.coordinates[0] is not None:
+            jogged.places.append(place.coordinates[0])
+
+
+def _told_of_jog(row: Assumption, way: Way, jogged: Jogged) -> Finding:
+    low, high = way.ends
+    beyond = [place for place in jogged.places if not low <= place <= high]
+    if beyond:
+        return _surprise(
+            f"Axis {way.axis} was to jog between {low:g} and {high:g}, and was at {beyond[0]:g}."
+        )
+    if jogged.refusal is not None:
+        return cannot_tell(row, f"JOG is refused with {jogged.refusal}.")
+    if not jogged.has_moved(way) or not jogged.modes:
+        return cannot_tell(row, f"Axis {way.axis} was not seen to move in {JOG_S:g} s.")
+    told = ", ".join(sorted({str(int(mode)) for modes in jogged.modes for mode in modes}))
+    seen = f"ACD tells motion mode {told} of a unit whose axis {way.axis} jogs."
+    if all(MotionMode.JOG in modes for modes in jogged.modes):
+        return agrees(seen)
+    return _surprise(seen) if any(modes <= STANDS for modes in jogged.modes) else fails(row, seen)
+
+
 def _surprise(seen: str) -> Finding:
     return Finding(Result.CONTRADICTS, seen, surprise=True)
 
@@ -428,6 +650,7 @@ TRIALS: Final[Mapping[str, Trial]] = MappingProxyType(
         "positions-after-power": positions_after_power,
         "error-after-power": error_after_power,
         "homing-outlasts": homing_outlasts,
+        "jog-mode": jog_mode,
         "stop-overtakes": stop_overtakes,
     }
 )

@@ -39,6 +39,10 @@ class Finding:
     """Nothing more is set or moved on the line after it."""
 
 
+class Unanswered(Exception):
+    """A controller has not told what a trial rests on: nothing follows from that."""
+
+
 def agrees(seen: str) -> Finding:
     """The assumption holds, as far as could be seen."""
     return Finding(Result.AGREES, seen)

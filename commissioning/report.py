@@ -117,4 +117,5 @@ def next_step(outcome: Outcome) -> str:
         return outcome.needed or ""
     if outcome.result is Result.AGREES:
         return ""
-    return f"{row.false} {'Nothing has to be changed.' if row.harmless else 'Do not run motion.'}"
+    contradicts = outcome.result is Result.CONTRADICTS
+    return f"{row.false} {'Do not run motion.' if contradicts else 'Nothing has to be changed.'}"

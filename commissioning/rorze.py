@@ -6,14 +6,24 @@ from types import MappingProxyType
 from typing import Any, Final
 
 from commissioning.assumptions import Assumption
-from commissioning.bench import SETTLES_S, Bench, Key, Terms, copies, echo, late_replies, turnaround
+from commissioning.bench import SETTLES_S, TRIES, Bench, Key, Terms, copies, echo, late_replies, turnaround
 from commissioning.conversation import Conversation, Heard
-from commissioning.findings import Change, Finding, agrees, cannot_tell, fails
+from commissioning.findings import Change, Finding, Unanswered, agrees, cannot_tell, fails
 from gateway.rorze.power import LASTING_ERRORS
 from protocols.lines import CR, Garbage
 from protocols.rorze.encoder import GetAdjustmentLimit
 from protocols.rorze.inputs_outputs import GetClearPulseTime
-from protocols.rorze.link import INTRODUCERS, POISON, Answer, Frame, GroupAnswer, LinkReader, Refusal, encode
+from protocols.rorze.link import (
+    HALF_COMMAND_ENDS,
+    INTRODUCERS,
+    Answer,
+    Frame,
+    GroupAnswer,
+    HalfCommandEnd,
+    LinkReader,
+    Refusal,
+    encode,
+)
 from protocols.rorze.link_master import IdentifyControllers
 from protocols.rorze.modes import GetOperatingMode
 from protocols.rorze.notation import PositionReference
@@ -97,7 +107,10 @@ class RorzeBench(Bench):
 
     async def read(self, body: int, command: RorzeCommand[Any]) -> Any:
         """Ask, and give the reply as the command's row reads it; None if none came or it is another."""
-        answer = await self.ask(body, command)
+        for _ in range(TRIES):
+            answer = await self.ask(body, command)
+            if answer is not None:
+                break
         try:
             return command.read_reply(answer.payload) if isinstance(answer, Answer) else None
         except WireFault:
@@ -232,24 +245,37 @@ async def _first_label(bench: RorzeBench, body: int) -> str | None:
 
 
 async def half_command(row: Assumption, bench: RorzeBench) -> Finding:
-    """Send half a question, and what ends it."""
+    """Send half a question, and what ends it: first as is configured, then otherwise."""
     body = await bench.someone()
     if body is None:
         return cannot_tell(row, "No body has answered.")
+    configured: HalfCommandEnd = bench.line.half_commands
+    ended, seen = await _ended_half(bench, body, configured)
+    if ended:
+        return agrees(seen)
+    for other in HALF_COMMAND_ENDS:
+        if other != configured and (await _ended_half(bench, body, other))[0]:
+            return fails(row, seen, Change(row.key, other))
+    return fails(row, seen)
+
+
+async def _ended_half(bench: RorzeBench, body: int, end: HalfCommandEnd) -> tuple[bool, str]:
+    """Send half a question and an end of it: whether nothing was executed, and what was seen."""
     key, frame = bench.numbered(body)
+    ending = HALF_COMMAND_ENDS[end]
     since = len(bench.talk.heard)
     bench.talk.send(frame.removesuffix(CR))
     await bench.pause(SETTLES_S)
-    bench.talk.send(POISON)
-    await bench.talk.hear(lambda _: False, bench.within_s(POISON), since)
+    bench.talk.send(ending)
+    await bench.talk.hear(lambda _: False, bench.within_s(ending), since)
     lines = bench.talk.heard[since:]
     if any(isinstance(frame, Answer) and frame.body == body for frame in _frames(lines)):
-        return fails(row, f"Half a question was answered, and what ended it with it: {key[1]}.")
+        return False, f"Half a question was answered, and what ended it with it: {key[1]}."
     if not await bench.ask_number(body):
-        return fails(row, "Nothing is answered any more after half a question and what ends it.")
+        return False, "Nothing is answered any more after half a question and what ends it."
     told = next((frame for frame in _frames(lines) if not isinstance(frame, Garbage)), None)
     code = f"@{told.error:02X}" if isinstance(told, Refusal) and told.error is not None else "nothing"
-    return agrees(f"Half a question and what ends it were answered by {code}.")
+    return True, f"Half a question and what ends it were answered by {code}."
 
 
 async def wrong_mode(row: Assumption, bench: RorzeBench) -> Finding:
@@ -296,7 +322,9 @@ async def lasting_errors(row: Assumption, bench: RorzeBench) -> Finding:
 
 async def _errors(bench: RorzeBench, body: int) -> int:
     reply = await bench.read(body, GetControllerStatus())
-    return 0 if reply is None or reply.bits is None else reply.bits & LASTING_ERRORS
+    if reply is None:
+        raise Unanswered(f"Body {body:02X} does not tell its status.")
+    return 0 if reply.bits is None else reply.bits & LASTING_ERRORS
 
 
 Trial = Callable[[Assumption, RorzeBench], Awaitable[Finding]]

@@ -9,7 +9,7 @@ from typing import Final
 
 from commissioning.assumptions import Assumption
 from commissioning.bench import OUTAGE
-from commissioning.findings import Change, Finding, Result, agrees, cannot_tell, fails
+from commissioning.findings import Change, Finding, Result, Unanswered, agrees, cannot_tell, fails
 from commissioning.rorze import QUESTIONS, RorzeBench, Trial
 from gateway.rorze.config import LAST_COMMENT
 from protocols.rorze.link import Answer, Refusal
@@ -128,7 +128,7 @@ async def _define(row: Assumption, bench: RorzeBench, body: int) -> int | None:
     taken = {group.number for group in bench.line.groups} | set(bench.line.sweep_numbers)
     group = next(number for number in range(LAST_GROUP, FIRST_GROUP - 1, -1) if number not in taken)
     what = f"RC-400: virtual body {group:02X} is defined (XVS). No motor moves because of it. Do it?"
-    if bench.line.introducer != "&" or not await bench.consents(row, f"{LINK_MASTER:02X}", what):
+    if bench.introducer != "&" or not await bench.consents(row, f"{LINK_MASTER:02X}", what):
         return None
     await bench.ask(LINK_MASTER, SetGroup(group=f"{group:02X}", members=[f"{body:02X}"]))
     return group if await bench.answers(group) else None
@@ -309,10 +309,21 @@ async def _there_and_back(row: Assumption, bench: RorzeBench, way: Way) -> Findi
     return agrees(seen) if abs(slope / way.speed - 1) <= SPEED_SLACK else fails(row, seen)
 
 
+async def _taken(bench: RorzeBench, way: Way, target: int) -> bool:
+    """Begin a slow move; False if it is refused.
+
+    :raises Unanswered: nobody knows; the motor has to be stopped.
+    """
+    move = MoveToSlowly(position=target)
+    answer = await bench.ask(way.body, move)
+    if answer is None:
+        raise Unanswered(f"{move.code} to body {way.body:02X} was not answered. The motor was stopped.")
+    return isinstance(answer, Answer)
+
+
 async def _move(bench: RorzeBench, way: Way, target: int) -> tuple[list[tuple[float, float]], int | None]:
     """Move slowly; gives the positions on the way and the last place. A move that takes too long is ended."""
-    answer = await bench.ask(way.body, MoveToSlowly(position=target))
-    if not isinstance(answer, Answer):
+    if not await _taken(bench, way, target):
         await bench.ask(way.body, StopImmediately())
         return [], None
     deadline = bench.talk.now() + 1.5 * abs(way.target - way.here) / way.speed + 2 * bench.patience_s
@@ -349,7 +360,7 @@ async def stop_overtakes(row: Assumption, bench: RorzeBench) -> Finding:
 
 
 async def _stopped_twice(row: Assumption, bench: RorzeBench, way: Way) -> Finding:
-    if not isinstance(await bench.ask(way.body, MoveToSlowly(position=way.target)), Answer):
+    if not await _taken(bench, way, way.target):
         await bench.ask(way.body, StopImmediately())
         return _surprise(f"Body {way.body:02X} did not take a slow move.")
     await bench.pause(STOP_AFTER_S * min(1.0, abs(way.target - way.here) / way.speed))

@@ -10,7 +10,7 @@ from commissioning import fics, fics_deeds, rorze, rorze_deeds
 from commissioning.assumptions import Assumption, Level, of_family
 from commissioning.bench import OUTAGE, Bench, Terms
 from commissioning.conversation import Conversation
-from commissioning.findings import Finding, Result, cannot_tell
+from commissioning.findings import Finding, Result, Unanswered, cannot_tell
 from commissioning.report import Measured, Outcome, Report, Setting
 from transports import Transport, TransportLost, create
 
@@ -23,6 +23,9 @@ BENCHES: Final[Mapping[str, tuple[Callable[..., Bench], Mapping[str, Any]]]] = M
 STUCK_MS: Final = 10_000
 """Longest time in ms for which a message may wait in the dual-port RAM while that is measured."""
 ECHO: Final = "echo"
+MAY_MOVE: Final = (
+    " A motor that was to move may go on as far as the place that was named: look, and use the hardware stop."
+)
 AFTER_A_SURPRISE: Final = "See to {slug} first: change what is proposed, or find out why it is so."
 
 
@@ -101,7 +104,7 @@ async def _walk(bench: Bench, trials: Mapping[str, Any], tell: Tell) -> tuple[li
         try:
             finding = found[row.slug] = await _try(row, bench, trials.get(row.slug))
         except TransportLost as error:
-            lost = str(error)
+            lost = f"{error}{MAY_MOVE if row.level is Level.MOTION else ''}"
             break
         for level in _bars(row, finding):
             barred.setdefault(level, row.slug)
@@ -130,7 +133,14 @@ async def _try(
         return cannot_tell(row, row.probe)
     if row.level is not Level.QUESTIONS and row.level not in bench.terms.allowed:
         return cannot_tell(row, f"Only questions were asked: it takes `--allow {row.level}`.")
-    return await trial(row, bench)
+    try:
+        finding = await trial(row, bench)
+        is_false = finding.result in (Result.DIFFERS, Result.CONTRADICTS) and not row.harmless
+        if is_false and row.level is not Level.MOTION and not row.person:
+            finding = await trial(row, bench)  # an answer may have been lost, once
+    except Unanswered as error:
+        return cannot_tell(row, str(error), "Repeat it.")
+    return finding
 
 
 def _outcomes(row: Assumption, finding: Finding, line: Any) -> Iterator[Outcome]:

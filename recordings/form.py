@@ -3,13 +3,15 @@
 import json
 import os
 import zipfile
-from collections.abc import Generator, Iterator, Mapping
+import zlib
+from collections.abc import Callable, Generator, Iterator, Mapping
 from contextlib import contextmanager
 from datetime import datetime
 from pathlib import Path
-from typing import Any, Final, Literal
+from types import MappingProxyType
+from typing import Any, Final, Literal, Self
 
-from pydantic import BaseModel, ConfigDict, Field, JsonValue, ValidationError
+from pydantic import BaseModel, ConfigDict, Field, JsonValue, ValidationError, model_validator
 
 from transports.trace import TraceEntry
 
@@ -23,6 +25,59 @@ SUFFIX: Final = ".mgrec"
 SAMPLE_COLUMNS: Final = ("time", "body_id", "move_id", "time_s", "axis", "position")
 PIECE: Final = 65_536
 _LEVEL: Final = 1
+UNPACKED_TIMES: Final = 200
+"""The most bytes of a recording for each byte of its file, but for a small one."""
+SMALL: Final = 64 << 20
+"""Bytes of a recording that may be small in its file."""
+
+
+def _is_text(value: object) -> bool:
+    return isinstance(value, str)
+
+
+def _is_text_or_none(value: object) -> bool:
+    return value is None or isinstance(value, str)
+
+
+def _is_whole(value: object) -> bool:
+    return type(value) is int
+
+
+def _is_object(value: object) -> bool:
+    return isinstance(value, dict)
+
+
+def _is_time(value: object) -> bool:
+    try:
+        return isinstance(value, str) and datetime.fromisoformat(value).tzinfo is not None
+    except ValueError:
+        return False
+
+
+def _is_number(value: object) -> bool:
+    return isinstance(value, str) and value.isdecimal()
+
+
+FIELDS: Final[Mapping[str, Mapping[str, Callable[[object], bool]]]] = MappingProxyType(
+    {
+        EVENTS: {
+            "sequence": _is_number,
+            "time": _is_time,
+            "type": _is_text,
+            "subject": _is_text,
+            "data": _is_object,
+        },
+        STATES: {"monotonic_ns": _is_whole, "path": _is_text, "state": _is_object},
+        REQUESTS: {
+            "monotonic_ns": _is_whole,
+            "operation": _is_text,
+            "values": _is_object,
+            "caller": _is_text_or_none,
+            "request_id": _is_text_or_none,
+        },
+    }
+)
+"""The fields of each object of a member that are read, each with its check."""
 
 
 def line_member(line_id: str) -> str:
@@ -33,6 +88,17 @@ def line_member(line_id: str) -> str:
 def before_member(line_id: str) -> str:
     """Name the member with the last exchange of each frame before the recording begins."""
     return f"before/{line_id}.jsonl"
+
+
+def families_of(configuration: Mapping[str, object]) -> dict[str, str]:
+    """Tell which family speaks on each line of a configuration."""
+    lines = configuration.get("lines")
+    tables = lines if isinstance(lines, list) else []
+    return {
+        str(table.get("id")): str(table.get("protocol", "rorze"))
+        for table in tables
+        if isinstance(table, dict)
+    }
 
 
 class Clocks(BaseModel):
@@ -67,9 +133,26 @@ class Manifest(BaseModel):
     """The lines of which the memory had forgotten the beginning, and when their records begin."""
     configuration: dict[str, JsonValue]
 
+    @model_validator(mode="after")
+    def _configure_each_line(self) -> Self:
+        if strange := set(self.lines) - families_of(self.configuration).keys():
+            raise ValueError(f"the configuration has no line {min(strange)}")
+        return self
+
 
 class NotARecording(ValueError):
     """A file is no recording, or a part of it cannot be read; the message names the place."""
+
+
+DAMAGED: Final = (zipfile.BadZipFile, zlib.error, EOFError, NotImplementedError, RuntimeError)
+"""Raised by a zip that is damaged, packed otherwise, or kept by a password."""
+
+
+def first_of(error: ValidationError) -> str:
+    """The first thing that is wrong, behind its place where it has one."""
+    first = error.errors()[0]
+    place = "".join(f"{part}: " for part in [".".join(map(str, first["loc"]))] if part)
+    return place + first["msg"].removeprefix("Value error, ")
 
 
 class Recording:
@@ -84,13 +167,17 @@ class Recording:
         self.path = path
         try:
             self._zip = zipfile.ZipFile(path)
+            unpacked = sum(member.file_size for member in self._zip.infolist())
+            if unpacked > max(SMALL, UNPACKED_TIMES * path.stat().st_size):
+                raise NotARecording(
+                    f"{path} is no recording: unpacked it would have {unpacked >> 20} MiB, more than "
+                    f"{UNPACKED_TIMES} times its size."
+                )
             self.manifest = Manifest.model_validate_json(self._zip.read(MANIFEST))
-        except (zipfile.BadZipFile, KeyError) as error:
-            raise NotARecording(f"{path} is no recording: {error}.") from None
         except ValidationError as error:
-            first = error.errors()[0]
-            place = ".".join(map(str, first["loc"]))
-            raise NotARecording(f"{path}: {MANIFEST}: {place}: {first['msg']}.") from None
+            raise NotARecording(f"{path}: {MANIFEST}: {first_of(error)}.") from None
+        except (*DAMAGED, KeyError) as error:
+            raise NotARecording(f"{path} is no recording: {error}.") from None
 
     def close(self) -> None:
         """Close the file."""
@@ -101,16 +188,25 @@ class Recording:
 
         A member that is not there has none.
 
-        :raises NotARecording: a line cannot be read.
+        :raises NotARecording: a line cannot be read, or has not the fields that are read of it.
         """
+        for number, _, row in self.objects(member):
+            yield number, row
+
+    def objects(self, member: str) -> Iterator[tuple[int, bytes, dict[str, Any]]]:
+        """Read the same, with each line as it is."""
+        fields = FIELDS.get(member, {})
         for number, line in self.lines(member):
             try:
                 row = json.loads(line)
-            except ValueError as error:
+            except (ValueError, RecursionError) as error:
                 raise NotARecording(f"{member}:{number}: {error}.") from None
             if not isinstance(row, dict):
                 raise NotARecording(f"{member}:{number}: this is no object.")
-            yield number, row
+            for name, is_right in fields.items():
+                if name not in row or not is_right(row[name]):
+                    raise NotARecording(f"{member}:{number}: {name} is missing, or of another kind.")
+            yield number, line, row
 
     def entries(self, member: str) -> Iterator[tuple[int, TraceEntry]]:
         """Read the records of a line with their numbers; errors as of `rows`."""
@@ -118,13 +214,11 @@ class Recording:
             try:
                 yield number, TraceEntry.model_validate_json(line)
             except ValidationError as error:
-                first = error.errors()[0]
-                place = ".".join(map(str, first["loc"]))
-                raise NotARecording(f"{member}:{number}: {place}: {first['msg']}.") from None
+                raise NotARecording(f"{member}:{number}: {first_of(error)}.") from None
 
     def text(self, member: str) -> str:
         """Read a whole member; empty where it is not there."""
-        return "\n".join(line.decode() for _, line in self.lines(member))
+        return "\n".join(line.decode("utf-8", "replace") for _, line in self.lines(member))
 
     def lines(self, member: str) -> Iterator[tuple[int, bytes]]:
         """Read the lines of a member with their numbers; errors as of `rows`."""
@@ -134,7 +228,7 @@ class Recording:
             with self._zip.open(member) as file:
                 for number, line in enumerate(file, 1):
                     yield number, line.rstrip(b"\n")
-        except (zipfile.BadZipFile, EOFError) as error:
+        except DAMAGED as error:
             raise NotARecording(f"{self.path}: {member} is damaged: {error}.") from None
 
 

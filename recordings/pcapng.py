@@ -7,10 +7,10 @@ comment.
 
 import heapq
 import struct
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator
 from typing import BinaryIO, Final
 
-from recordings.form import Recording, line_member
+from recordings.form import Recording, families_of, line_member
 from transports.trace import TraceEntry, wall_ns
 
 USER0: Final = 147
@@ -36,15 +36,6 @@ def write(recording: Recording, file: BinaryIO) -> int:
         file.write(_packet(interface, entry))
         count += 1
     return count
-
-
-def families_of(configuration: Mapping[str, object]) -> dict[str, str]:
-    """Tell which family speaks on each line of a configuration."""
-    lines = configuration.get("lines")
-    tables = lines if isinstance(lines, list) else []
-    return {
-        str(table["id"]): str(table.get("protocol", "rorze")) for table in tables if isinstance(table, dict)
-    }
 
 
 class _Timed(tuple[int, int, TraceEntry]):

@@ -351,6 +351,14 @@ class MatchingPort(ReplayPort):
         missing = [*self._left(), *filter(self._is_strange, self._script.exchanges)]
         return [exchange for exchange in missing if exchange.number <= before]
 
+    def _never_addressed(self) -> list[Exchange]:
+        """The frames to targets that were not written to until the end: before it they may be yet to come."""
+        return [
+            exchange
+            for exchange in self._script.exchanges
+            if self.line.dialect.target(exchange.frame) not in self._addressed
+        ]
+
     def _said_again(self, deeds: Sequence[Exchange], done: int, key: bytes) -> int:
         """Count the next stops that were repeated in the recording and are not repeated now."""
         last = deeds[done - 1].key if done else b""
@@ -381,7 +389,7 @@ class MatchingPort(ReplayPort):
 
     def end(self) -> None:
         """Look for what was done then and is not now, and for what was written then and cannot be now."""
-        first = min(self._missing(None), key=_number, default=None)
+        first = min([*self._missing(None), *self._never_addressed()], key=_number, default=None)
         if self.difference is None and first is not None:
             self._differs(first.number, _as_written(first), None)
 
@@ -392,12 +400,9 @@ class MatchingPort(ReplayPort):
             yield from islice(left, 1)
 
     def _is_strange(self, then: Exchange) -> bool:
-        """Tell whether a recorded frame has no like now: a client's, to an unknown target, or no command."""
-        if _text(then.key) in self._written:
-            return False
-        dialect = self.line.dialect
-        is_none = dialect.effect(then.frame) is None
-        return bool(then.request_id) or is_none or dialect.target(then.frame) not in self._addressed
+        """Tell whether a recorded frame of a client, or one that is no command, has no like now."""
+        is_none = self.line.dialect.effect(then.frame) is None
+        return (bool(then.request_id) or is_none) and _text(then.key) not in self._written
 
 
 BY_ITSELF: Final = "gateway:"

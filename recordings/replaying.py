@@ -20,9 +20,18 @@ from gateway.door.calls import carry_out
 from gateway.door.table import Operation, adapter_of, operations
 from gateway.plant import Plant
 from recordings.dialects import DIALECTS, Dialect
-from recordings.form import REQUESTS, Manifest, Recording, before_member, line_member
+from recordings.form import (
+    MANIFEST,
+    REQUESTS,
+    Manifest,
+    NotARecording,
+    Recording,
+    before_member,
+    families_of,
+    first_of,
+    line_member,
+)
 from recordings.line_script import NS, Numbered, script_of
-from recordings.pcapng import families_of
 from recordings.ports import Difference, ExactPort, Line, MatchingPort, ReplayPort
 from recordings.virtual_loop import VirtualLoop
 from transports import Transport, create
@@ -98,6 +107,17 @@ def _speed_of(_line_id: str, address: str) -> Speed:
     return port.byte_time_s, port.is_bridged
 
 
+def config_of(manifest: Manifest, access: Mapping[str, str]) -> Config:
+    """Read the configuration of a recording, with other access.
+
+    :raises NotARecording: a gateway cannot be configured so.
+    """
+    try:
+        return Config.model_validate({**manifest.configuration, "access": access})
+    except ValidationError as error:
+        raise NotARecording(f"{MANIFEST}: configuration: {first_of(error)}.") from None
+
+
 class Replay:
     """One replay, in an event loop whose clock is that of the recording."""
 
@@ -108,10 +128,8 @@ class Replay:
         plant_class: type[Plant] = Plant,
     ) -> None:
         self.script = script
-        told: dict[str, Any] = dict(script.manifest.configuration)
-        access = {"mode": "open", "lease_mode": "off"}
-        config = Config.model_validate({**told, "access": access})
-        self._families = families_of(told)
+        config = config_of(script.manifest, {"mode": "open", "lease_mode": "off"})
+        self._families = families_of(script.manifest.configuration)
         self._dialects = {line_id: DIALECTS[self._families[line_id]]() for line_id in script.manifest.lines}
         self.ports: dict[str, ReplayPort] = {}
         for table in config.lines:

@@ -1,7 +1,6 @@
 """A replay to clients: a read-only gateway with the events, states, alarms and traces of a recording."""
 
 import asyncio
-import json
 import re
 from bisect import bisect_right
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -18,12 +17,12 @@ from starlette.responses import FileResponse, JSONResponse, Response
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from api.app import create_app
-from gateway.config import Config
 from gateway.door.recordings import CONTENT
 from gateway.plant import Plant
 from gateway.recordings import info_of
 from recordings.form import EVENTS, STATES, NotARecording, Recording, line_member
 from recordings.line_script import NS
+from recordings.replaying import config_of
 from transports import Transport
 from transports.base import Receiver, TransportLost, TransportUnavailable
 from transports.recorder import Recorder
@@ -102,7 +101,7 @@ class Playback:
         manifest = self.manifest
         if not manifest.whole_plant:
             raise NotARecording(f"{recording.path} is of some lines only; one of the whole plant is served.")
-        config = Config.model_validate({**manifest.configuration, "access": {"mode": "open"}})
+        config = config_of(manifest, {"mode": "open"})
         self.plant = Plant(config, open_transport=NoPort)
         self.speed, self.paused = speed, False
         self.states: dict[str, Any] = {}
@@ -194,8 +193,8 @@ class Playback:
             self.plant.history.recorders[line_id] = Recorder(100_000)
 
     def _of_events(self, recording: Recording) -> Iterator[_Told]:
-        for _, line in recording.lines(EVENTS):
-            row, text = json.loads(line), line.decode()
+        for _, line, row in recording.objects(EVENTS):
+            text = line.decode()
             at_s = (datetime.fromisoformat(row["time"]) - self.manifest.from_).total_seconds()
             yield _Told(at_s, partial(self._happens, row, text))
 

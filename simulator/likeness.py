@@ -54,6 +54,8 @@ class Likeness:
             line.settings = replace(line.settings, introducers=introducer)
         if self._right("stop_mode") == "after_reply":
             RC400_QUIRKS["interjection"](line)
+        if self._right("half_commands") == "line_ends":
+            RC400_QUIRKS["half-command"](line)
         return line
 
     def turn_fics(self, line: SimulatedFics) -> SimulatedFics:

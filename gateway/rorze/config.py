@@ -11,7 +11,7 @@ from typing_extensions import TypeAliasType
 from gateway.core import tables
 from gateway.core.tables import Array, Fault, Name, Table, Weakness, refuse_repeats
 from gateway.rorze.units import Scale
-from protocols.rorze.link import frame
+from protocols.rorze.link import HalfCommandEnd, frame
 from protocols.rorze.link_master import MOST_MEMBERS
 from protocols.rorze.modes import EventMask, StatusKind
 from protocols.rorze.row import FIRST_GROUP, LAST_BODY, LAST_GROUP, LINK_MASTER
@@ -199,6 +199,8 @@ class RorzeLineTable(tables.LineTable):
     pipeline: Annotated[int, AfterValidator(_check_pipeline)] = 1
     stop_mode: StopTiming = "interject"
     """True if a stop is sent at once or, should the link master not take it, after the reply under way."""
+    half_commands: HalfCommandEnd = "overlong"
+    """The end of a half command that an earlier life may have left, told when the port is opened."""
     port_baud: int = Field(9600, ge=50, le=4_000_000)
     """Speed of the serial port behind a terminal server; frames behind unanswered ones are spaced by it."""
     bodies: Array[BodyTable] = ()

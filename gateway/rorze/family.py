@@ -255,6 +255,7 @@ class Rorze(Family):
             reply_timeout_s=table.reply_timeout_s,
             late_reply_s=table.late_reply_s,
             interject_stops=table.stop_mode == "interject",
+            half_commands=table.half_commands,
             port_baud=table.port_baud,
             rng=self.site.rng,
         )

@@ -20,7 +20,7 @@ from gateway.rorze.errors import refused
 from gateway.rorze.session import Answered, Outcome, Presence, ReplyFrame, RorzeExchange, RorzeSession
 from gateway.texts import text
 from protocols.rorze.link import (
-    POISON,
+    HalfCommandEnd,
     LinkReader,
     Message,
     Refusal,
@@ -125,6 +125,7 @@ class Line(LineDriver[RorzeExchange, ReplyFrame | Message, ReplyFrame]):
         reply_timeout_s: float = 0.5,
         late_reply_s: float = 2.0,
         interject_stops: bool = True,
+        half_commands: HalfCommandEnd = "overlong",
         port_baud: int = 9600,
         rng: random.Random | None = None,
     ) -> None:
@@ -132,6 +133,7 @@ class Line(LineDriver[RorzeExchange, ReplyFrame | Message, ReplyFrame]):
             bodies,
             groups,
             introducer=introducer,
+            half_commands=half_commands,
             reply_timeout_s=reply_timeout_s,
             late_reply_s=late_reply_s,
             interject_stops=interject_stops,
@@ -256,7 +258,7 @@ class Line(LineDriver[RorzeExchange, ReplyFrame | Message, ReplyFrame]):
 
     def can_address(self, body: int) -> bool:
         """True if the line's way of addressing reaches this body number."""
-        return self._session.introducer == "&" or body <= 0xF
+        return self._session.form.introducer == "&" or body <= 0xF
 
     def _break_off(self, reason: str) -> None:
         if self._session.awaits_replies():
@@ -270,7 +272,7 @@ class Line(LineDriver[RorzeExchange, ReplyFrame | Message, ReplyFrame]):
         self._begins_set_up()
         self.set_ups += 1
         if fresh:
-            await self._clear_with(POISON, self._session.terms.late_reply_s)
+            await self._clear_with(self._session.form.half_command_end, self._session.terms.late_reply_s)
             self._garbage_before = self.counters["garbage"]
         identified = await self._tell(IdentifyControllers())
         if isinstance(identified, Answered):

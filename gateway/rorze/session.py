@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from functools import cache
 from itertools import cycle
 from math import inf
-from typing import Any
+from typing import Any, NamedTuple
 
 from gateway.core.errors import BodyOffline, Cancelled, GatewayError, NoReply
 from gateway.core.exchange import STOPS, Exchange, ExpectedReply, Lane, RememberedReply, remedy_of
@@ -15,10 +15,11 @@ from gateway.core.session import Awaited, Session, Settle
 from gateway.rorze.errors import is_evasive
 from gateway.texts import Text
 from protocols.rorze.errors import lookup
-from protocols.rorze.link import Answer, GroupAnswer, Refusal, encode
+from protocols.rorze.link import HALF_COMMAND_ENDS, Answer, GroupAnswer, HalfCommandEnd, Refusal, encode
 from protocols.rorze.notation import PositionReference
 from protocols.rorze.position_table import GetNumberedPositionEntry
 from protocols.rorze.row import LAST_BODY, LINK_MASTER, RorzeCommand
+from protocols.rorze.status import SetUserComment
 from protocols.table import Reply, WireFault
 
 ReplyFrame = Answer | Refusal | GroupAnswer
@@ -223,6 +224,14 @@ class Witness:
     """True if the line had no error when it lost its step."""
 
 
+class FrameForm(NamedTuple):
+    """The form in which commands are written on a line."""
+
+    introducer: str
+    half_command_end: bytes
+    """Ends a half command without executing it."""
+
+
 class RorzeSession(Session[RorzeExchange, ReplyFrame]):
     """The exchanges of one line."""
 
@@ -234,6 +243,7 @@ class RorzeSession(Session[RorzeExchange, ReplyFrame]):
         groups: Mapping[int, list[int]] | None = None,
         *,
         introducer: str = "&",
+        half_commands: HalfCommandEnd = "overlong",
         reply_timeout_s: float = 0.5,
         late_reply_s: float = 2.0,
         interject_stops: bool = True,
@@ -251,7 +261,7 @@ class RorzeSession(Session[RorzeExchange, ReplyFrame]):
         self.groups = dict(groups or {})
         self.scheduler.members = self.groups
         self.byte_time_s = 0.0
-        self.introducer = introducer
+        self.form = FrameForm(introducer, HALF_COMMAND_ENDS[half_commands])
         self.presence = Presence(self.offline)
         self.others_prove: Callable[[int], bool] = lambda _body: False
         """Asked with a body: have others, who answer, yet to tell whether their stops have worked?"""
@@ -272,12 +282,27 @@ class RorzeSession(Session[RorzeExchange, ReplyFrame]):
 
     # what goes next
 
+    def next(self, now: float, *, ready: bool) -> RorzeExchange | None:
+        """Take the exchange that is to be written now, behind the end of a half comment where one may be.
+
+        A comment takes in what follows it if its end is lost, unless that begins with `&`, which none has.
+        """
+        exchange = super().next(now, ready=ready)
+        if exchange is not None and self.form.introducer != "&" and self._has_half_comment():
+            exchange.frame = self.form.half_command_end + self.frame_of(exchange.target, exchange.command)
+        return exchange
+
+    def _has_half_comment(self) -> bool:
+        """Tell whether a user comment was written, and neither answered nor followed by a fence."""
+        in_doubt = self.sent if self._suspect is None else (*self.sent, self._suspect)
+        return any(sent.command.code == SetUserComment.code for sent in in_doubt)
+
     def frame_of(self, body: int, command: RorzeCommand[Any]) -> bytes:
         """Build the frame of a command as this line writes it.
 
         The old forms have one digit of body number: groups and the link master have no place in it.
         """
-        return encode(body, command, self.introducer if body <= 0xF else "&")
+        return encode(body, command, self.form.introducer if body <= 0xF else "&")
 
     def exchange(self, body: int, command: RorzeCommand[Any], lane: Lane) -> RorzeExchange:
         """Build an exchange: its frame, its stop epoch, how long it takes, and how often it is repeated."""

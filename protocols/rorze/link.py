@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import lru_cache
 from types import MappingProxyType
-from typing import Any, ClassVar, NamedTuple
+from typing import Any, ClassVar, Final, Literal, NamedTuple
 
 from protocols.lines import CR as CR
 from protocols.lines import Garbage as Garbage
@@ -33,6 +33,11 @@ NO_REPLY = "something that is no reply"
 
 POISON = b"!" * (MAX_COMMAND_LENGTH + 1) + CR
 """Ends a half command that the far end may hold: together they are too long, so nothing is executed (23h)."""
+HalfCommandEnd = Literal["overlong", "line_ends"]
+HALF_COMMAND_ENDS: Final[Mapping[HalfCommandEnd, bytes]] = MappingProxyType(
+    {"overlong": POISON, "line_ends": POISON + b"\r\n"}
+)
+"""Ends of a half command; one with another CR, or an LF, behind its CR counts as not sent (17.1)."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -148,7 +148,7 @@ class RobotChange(Strict):
     left_out: Literal["without", "kept"] | None = None
     numbers: Literal["as_set", "whole"] | None = None
     homing: Literal["lasting", "lost_by_moves"] | None = None
-    jog_mode: Literal["jog", "move"] | None = None
+    jog_mode: Literal["jog", "move", "standing"] | None = None
     positions_after_power: Literal["unknown", "kept"] | None = None
     error_after_power: Literal["gone", "kept"] | None = None
 

@@ -48,6 +48,7 @@ SYSTEM = 0
 """Stands for the whole system where the truth log tells of a unit."""
 
 UPLOAD_REFUSALS = {"E03": Code.WRONG_STATE, "E01": Code.BUSY}
+JOG_MODES = {"jog": MotionMode.JOG, "move": MotionMode.MOVE, "standing": MotionMode.STANDING}
 HOMING_PROGRAM = 999
 """The program that homes the mechanism (C-HOST manual 2-4)."""
 
@@ -429,6 +430,5 @@ class Robot:
         if not self.servos_on():
             return MotionMode.STOPPED
         if self.job is not None and self.job.unit in (None, unit.number):
-            is_move = self.job.mode is MotionMode.JOG and self.settings.jog_mode == "move"
-            return MotionMode.MOVE if is_move else self.job.mode
+            return JOG_MODES[self.settings.jog_mode] if self.job.mode is MotionMode.JOG else self.job.mode
         return self.terminal or MotionMode.STANDING

@@ -43,7 +43,7 @@ class RobotSettings:
     """The form in which variables are kept (2-35)."""
     homing: Literal["lasting", "lost_by_moves"] = "lasting"
     """The effect of a move on homing (2-10)."""
-    jog_mode: Literal["jog", "move"] = "jog"
+    jog_mode: Literal["jog", "move", "standing"] = "jog"
     """The motion mode that ACD tells of a JOG of the host (2-10)."""
     positions_after_power: Literal["unknown", "kept"] = "unknown"
     """The rest of the positions, and of homing, after a loss of power (2-9)."""

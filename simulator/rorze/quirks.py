@@ -9,6 +9,8 @@ from simulator.rorze.line import Rc400Line
 
 OTHER_REFUSAL: Final = 0x4A
 SLUGGISH: Final = 0.7
+THINKS_S: Final = 0.03
+"""Seconds to a reply that are longer than a frame takes at 4800 baud: another one then comes before it."""
 
 Quirk = Callable[[Rc400Line], None]
 
@@ -27,7 +29,7 @@ QUIRKS: Final[Mapping[str, Quirk]] = MappingProxyType(
         "echo": with_settings(echoes=True),
         "late-replies": with_late_replies,
         "turnaround": with_settings(reply_delay_s=SLOW_S),
-        "interjection": with_settings(interjection="drop"),
+        "interjection": with_settings(interjection="drop", reply_delay_s=THINKS_S),
         "order-per-body": with_settings(reply_order="swapped"),
         "copies-of-replies": with_late_copies,
         "silent-xid": with_settings(introducers="$#"),

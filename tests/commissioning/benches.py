@@ -92,12 +92,12 @@ def switch_all(machine: Machine, now: float, *, on: bool) -> None:
 
 
 async def commissioned(
-    machine: Machine, terms: Terms = QUESTIONS, text: str = CONFIG
+    machine: Machine, terms: Terms = QUESTIONS, text: str = CONFIG, baud: int | None = None
 ) -> tuple[Report, SimulatedCable]:
     """Commission the line of a machine."""
     line_id = "cell" if isinstance(machine, SimulatedFics) else "robot"
     line: Any = next(it for it in parse(text, "gateway.toml").lines if it.id == line_id)
-    cable = SimulatedCable(machine)
+    cable = SimulatedCable(machine, baud)
     report = await commission(line, terms, open_transport=lambda _: cable)
     return report, cable
 

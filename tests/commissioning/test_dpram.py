@@ -1,11 +1,13 @@
-"""A robot at a dual-port RAM: where it lies, and how long a message may lie in it."""
+"""A robot at a dual-port RAM, in virtual time: where it lies, and how long a message may lie in it."""
 
+import asyncio
+import functools
+from collections.abc import Callable, Coroutine
 from pathlib import Path
 from typing import Any
 
 import pytest
 
-from commissioning import bench
 from commissioning.findings import Result
 from commissioning.report import Report
 from commissioning.run import commission
@@ -13,6 +15,7 @@ from gateway.config import parse
 from gateway.config_edit import changed
 from simulator.fics.dpram_port import SimulatedDpram, serve_dpram
 from tests.commissioning.benches import QUESTIONS, fics, result_of, unlike
+from tests.virtual_time import run_virtual
 
 LINE = """
 [[lines]]
@@ -28,13 +31,23 @@ axes = ["X", "Y", "Z"]
 """
 SLOW_S = 0.2
 
-pytestmark = pytest.mark.anyio
+TURN_S = 0.0002
+"""Seconds of a turn of the loop: both sides of the RAM look at it in each."""
 
 
 @pytest.fixture(autouse=True)
-def few_questions(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Messages take real time here."""
-    monkeypatch.setattr(bench, "QUESTIONS", 4)
+def _virtual_clock(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("simulator.ports.monotonic", lambda: asyncio.get_running_loop().time())
+
+
+def in_turns(story: Callable[..., Coroutine[None, None, None]]) -> Callable[..., None]:
+    """Run a story in virtual time that goes on while the loop is awake."""
+
+    @functools.wraps(story)
+    def told(**fixtures: Any) -> None:
+        run_virtual(story(**fixtures), TURN_S)
+
+    return told
 
 
 async def commissioned(text: str) -> Report:
@@ -48,6 +61,7 @@ def served(path: Path, takes_after_s: float = 0.0) -> SimulatedDpram:
     return ram
 
 
+@in_turns
 async def test_a_robot_that_answers_there_agrees(tmp_path: Path) -> None:
     ram = served(tmp_path / "ram")
     report = await commissioned(LINE.format(path=tmp_path / "ram"))
@@ -57,7 +71,7 @@ async def test_a_robot_that_answers_there_agrees(tmp_path: Path) -> None:
     assert result_of(report, "dpram-times").result is Result.AGREES
 
 
-@pytest.mark.prove
+@in_turns
 async def test_a_robot_that_takes_its_time_gets_it(tmp_path: Path) -> None:
     text = LINE.format(path=tmp_path / "ram")
     ram = served(tmp_path / "ram", SLOW_S)
@@ -70,6 +84,7 @@ async def test_a_robot_that_takes_its_time_gets_it(tmp_path: Path) -> None:
     assert unlike(again) == {}
 
 
+@in_turns
 async def test_a_robot_that_takes_nothing_is_told_as_lost(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

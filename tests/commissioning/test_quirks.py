@@ -1,6 +1,8 @@
 """For each assumption a line on which it is false: commissioning finds it, and proposes the right change."""
 
+import asyncio
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from typing import Any, NamedTuple
 
 import pytest
@@ -25,8 +27,8 @@ from tests.commissioning.benches import (
 )
 from tests.plants import in_virtual_time
 
-NEVER_TOLD = {"label-answers", "lasting-errors", "dpram-map", "dpram-times", "jog-mode"}
-"""Quirks that a line without labels, errors and RAM, on which nothing jogs, does not show."""
+NEVER_TOLD = {"label-answers", "lasting-errors", "dpram-map", "dpram-times"}
+"""Quirks that a line without labels, errors and RAM does not show."""
 
 
 class Case(NamedTuple):
@@ -91,7 +93,7 @@ CASES = (
     Case("robot", "copies-of-replies", DIFFERS, {"late_reply_s": 6.0}),
     Case("robot", "silent-xid", DIFFERS, {"introducer": "$"}),
     Case("robot", "label-answers", CONTRADICTS, prepare=with_label),
-    Case("robot", "half-command", CONTRADICTS),
+    Case("robot", "half-command", DIFFERS, {"half_commands": "line_ends"}),
     Case("robot", "wrong-mode", CONTRADICTS),
     Case("robot", "lasting-errors", DIFFERS, prepare=with_limit_error),
     Case("cell", "echo", CONTRADICTS),
@@ -137,6 +139,8 @@ DEEDS = (
     Case("cell", "positions-after-power", CONTRADICTS, prepare=homed),
     Case("cell", "error-after-power", CONTRADICTS),
     Case("cell", "homing-outlasts", CONTRADICTS, prepare=homed),
+    Case("cell", "jog-mode", DIFFERS, prepare=homed),
+    Case("cell", "jog-mode", DIFFERS, prepare=in_mode_3),
     Case("cell", "stop-overtakes", DIFFERS, prepare=in_mode_3),
     Case("cell", "stop-overtakes", DIFFERS, prepare=homed),
 )
@@ -169,6 +173,15 @@ async def test_a_quirk_is_found_and_the_change_proposed(case: Case) -> None:
     assert result_of(report, case.slug).result is case.result
     assert report.changes() == case.proposed
     assert not report.is_right()
+
+
+@each_case
+@in_virtual_time
+async def test_it_is_found_as_well_where_all_is_allowed(case: Case) -> None:
+    machine = quirky(case)
+    report, _ = await commissioned(machine, all_allowed(machine, places_of(case)))
+    assert result_of(report, case.slug).result is case.result
+    assert report.changes() == case.proposed
 
 
 @in_virtual_time
@@ -266,3 +279,22 @@ async def test_all_trials_leave_a_machine_that_is_as_assumed_as_it_was(
 def test_each_assumption_has_its_quirk() -> None:
     at_the_port = {"dpram-map", "dpram-times"}
     assert {it.slug for it in ASSUMPTIONS} == {*RC400_QUIRKS, *FICS_QUIRKS, *at_the_port}
+
+
+@in_virtual_time
+async def test_a_robot_on_a_slow_line_is_asked_no_faster_than_it_answers_while_its_power_is_switched() -> (
+    None
+):
+    """At 4800 baud an answer to VER takes longer than the time between two looks at a robot."""
+    machine = prepared(Case("cell", "positions-after-power", DIFFERS, prepare=homed))
+    text = CONFIG.replace("baud=19200", "baud=4800")
+    terms = all_allowed(machine, Places(140, 180), off_s=1.0)
+
+    async def slowly(row: Any, subject: str, what: str) -> bool:
+        await asyncio.sleep(20.0)
+        return await terms.switch(row, subject, what)
+
+    report, _ = await commissioned(machine, replace(terms, switch=slowly), text, baud=4800)
+    assert unlike(report) == {}
+    told = [result_of(report, slug).result for slug in ("positions-after-power", "error-after-power")]
+    assert told == [Result.AGREES] * 2

@@ -63,11 +63,7 @@ MAY: Final[Mapping[str, frozenset[str]]] = MappingProxyType(
 )
 """Violations that seeds may find on a line whose quirk no change makes up for yet."""
 STILL: Final[Mapping[str, frozenset[str]]] = MappingProxyType(
-    {
-        **dict.fromkeys(("late-replies", "turnaround", "copies-of-replies", "copies-of-answers"), SLOW),
-        # a user comment may have a $ (RC-420 manual 9VS), so it does not end at the next frame's
-        "silent-xid": frozenset({"I7"}),
-    }
+    dict.fromkeys(("late-replies", "turnaround", "copies-of-replies", "copies-of-answers"), SLOW)
 )
 """Violations that they may find with the change: a line with replies, or copies of them, so late is slow."""
 
@@ -145,5 +141,4 @@ def test_the_page_tells_what_is_left_with_a_change() -> None:
 
 
 def test_the_seeds_know_each_quirk() -> None:
-    known = {("robot", it) for it in RC400_QUIRKS} | {("cell", it) for it in FICS_QUIRKS}
-    assert known - ALL.keys() == {("cell", "jog-mode")}, "a JOG is not tried by commissioning"
+    assert {("robot", it) for it in RC400_QUIRKS} | {("cell", it) for it in FICS_QUIRKS} == ALL.keys()

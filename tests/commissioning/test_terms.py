@@ -105,10 +105,10 @@ async def test_a_body_is_left_as_it_was() -> None:
 @in_virtual_time
 async def test_after_a_contradiction_nothing_is_set_or_moved() -> None:
     machine = rc400()
-    RC400_QUIRKS["half-command"](machine)
+    RC400_QUIRKS["wrong-mode"](machine)
     report, cable = await commissioned(machine, all_allowed(machine, NEAR))
     assert effects(cable) == {Effect.READ}
-    assert "half-command" in (result_of(report, "comment-kept").needed or "")
+    assert "wrong-mode" in (result_of(report, "comment-kept").needed or "")
 
 
 @in_virtual_time
@@ -144,6 +144,8 @@ async def test_moves_stay_between_the_places() -> None:
         (rc400, away, NEAR, b"2AM", b"5IS"),
         (fics, homed, Places(140, 180), b"LMA", b"AES"),
         (fics, in_mode_3, Places(140, 180), b"LMA", b"AES"),
+        (fics, homed, Places(140, 180), b"JOG", b"JOG X\r"),
+        (fics, in_mode_3, Places(140, 180), b"JOG", b"JOG X\r"),
     ],
 )
 @in_virtual_time

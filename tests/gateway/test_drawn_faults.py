@@ -49,6 +49,8 @@ FAR = MoveRelative(coordinates=[90.0, None, None])
 NEAR = MoveRelative(coordinates=[5.0, None, None])
 HEARTBEAT_S = 2.0
 """Seconds from the last heartbeat of a jog: half a second, and the longest way to a standstill."""
+CONFIRMED_S = 0.0
+"""Seconds after its report by which the stop of a robot is confirmed at last."""
 
 
 async def is_itself(it: Rig) -> None:
@@ -70,7 +72,9 @@ async def robot_is_itself(it: FicsRig) -> None:
         it.robot.known.power.acknowledge()
         assert (await it.move(HomeRobot())).status is MoveStatus.SUCCEEDED
     assert (await it.move(NEAR)).status is MoveStatus.SUCCEEDED
-    assert (await it.robot.stop("immediate")).state == "confirmed"
+    await it.robot.stop("immediate")
+    await asyncio.sleep(CONFIRMED_S)
+    assert it.robot.stops.unconfirmed is None
 
 
 async def again(deed: Callable[[], Awaitable[T]]) -> T:
@@ -220,6 +224,8 @@ async def a_robot_loses_its_power(struck: Strike) -> None:
 
 async def a_body_loses_its_power(struck: Strike) -> None:
     async with rig(groups={}) as it:
+        [move] = await it.plant.moves.start(it.body(), SHORT)  # at 0, and not homed, it has nothing to lose
+        await it.plant.moves.wait(move.id, 60.0)
         await asyncio.sleep(10.0)
         now = asyncio.get_running_loop().time
         with struck():
@@ -263,13 +269,13 @@ async def the_configuration_is_read_anew(struck: Strike) -> None:
     lines = ("line1", "line2")
     async with rig(lines=lines, bodies=(0x00, 0x3F), groups={}) as it:
         table = configuration(lines, (0x00, 0x3F), {})
-        other = parse(table.replace('id = "line2"', 'id = "line2"\nlate_reply_s = 1.5'), "other.toml")
+        other = parse(table.replace('id = "line2"', 'id = "line2"\nstop_mode = "after_reply"'), "other.toml")
         await it.plant.moves.start(it.body("line1.3F"), ENDLESS)
         with struck():
             await again(lambda: it.plant.reload(other))
             await asyncio.sleep(5.0)
         assert it.machines["line1"].axes[0x3F].motor.moving
-        assert it.plant.line("line2").late_reply_s == 1.5
+        assert not it.plant.line("line2").interject_stops
         reports = await it.plant.stops.stop(it.plant.bodies(), "immediate")
         assert [report.state for report in reports] == ["confirmed"] * 4
 

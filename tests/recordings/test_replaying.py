@@ -2,13 +2,15 @@
 
 import logging
 from collections.abc import Callable, Iterable
+from datetime import UTC, datetime
 from pathlib import Path
 from random import Random
+from typing import Any
 
 import pytest
 
 from recordings.dialogue import dialogue_of, read
-from recordings.form import NotARecording, line_member, opened
+from recordings.form import Clocks, Manifest, NotARecording, line_member, opened
 from recordings.line_script import Numbered
 from recordings.replaying import Replayed, Script, Speed, replay
 from tests.recordings.runs import BYTE_TIME_S, record_run
@@ -197,3 +199,24 @@ def test_what_is_no_dialogue_is_refused(text: str, why: str, tmp_path: Path) -> 
     (tmp_path / "a.dialogue").write_text(text)
     with pytest.raises(NotARecording, match=why):
         read(tmp_path / "a.dialogue")
+
+
+@pytest.mark.parametrize(
+    ("configuration", "why"),
+    [({"lines": [{"id": "line1"}]}, "address"), ({"lines": [{"id": "line1", "address": 1}]}, "address")],
+)
+def test_a_recording_of_a_line_that_nobody_could_serve_is_refused(
+    configuration: dict[str, Any], why: str
+) -> None:
+    now = datetime(2026, 1, 2, tzinfo=UTC)
+    manifest = Manifest(
+        gateway="0.1.0",
+        epoch="00000001",
+        from_=now,
+        to=now,
+        clocks=Clocks(at=now, monotonic_ns=1),
+        lines=["line1"],
+        configuration=configuration,
+    )
+    with pytest.raises(NotARecording, match=rf"manifest.json: configuration: .*{why}"):
+        replay(Script(manifest, {"line1": []}, {"line1": []}, []))

@@ -93,7 +93,7 @@ def test_what_differs_is_proposed_as_a_change_of_the_file(file: Path) -> None:
 
 
 def test_a_contradiction_says_that_nothing_is_to_be_moved(file: Path) -> None:
-    with serving(file, "half-command"):
+    with serving(file, "wrong-mode"):
         said = run("commission", "robot", "--config", file)
     assert said.exit_code == 1
     assert "Do not run motion" in said.stderr

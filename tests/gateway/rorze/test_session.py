@@ -32,7 +32,7 @@ from gateway.rorze.session import (
 )
 from protocols.rorze import commands as table
 from protocols.rorze.flash import SaveSettings
-from protocols.rorze.link import Answer, GroupAnswer, Refusal
+from protocols.rorze.link import POISON, Answer, GroupAnswer, Refusal
 from protocols.rorze.link_master import IdentifyControllers, SetGroup, SetReplyFormat
 from protocols.rorze.moves import MoveClockwise, MoveTo
 from protocols.rorze.notation import PositionReference
@@ -41,7 +41,7 @@ from protocols.rorze.position_table import GetNumberedPositionEntry, GetPosition
 from protocols.rorze.programs import GetProgramMemory
 from protocols.rorze.row import LINK_MASTER, RorzeCommand
 from protocols.rorze.speeds import SetStartSpeed
-from protocols.rorze.status import GetControllerStatus
+from protocols.rorze.status import GetControllerStatus, SetUserComment
 from protocols.rorze.stops import StopImmediately
 from protocols.table import WireFault
 from tests.gateway.rorze.exchanges import waiting
@@ -193,6 +193,29 @@ def test_a_command_that_takes_time_gets_twice_as_much(it: Bench) -> None:
     it.ask(SaveSettings())
     it.next()
     assert it.last.reply.timeout_s == it.session.terms.reply_timeout_s + 2 * SaveSettings.takes_s
+
+
+@pytest.mark.parametrize("introducer", ["&", "$", "#"])
+def test_what_follows_an_unanswered_comment_ends_it_first_where_it_could_be_a_part_of_it(
+    introducer: str,
+) -> None:
+    loop = VirtualLoop()
+    bench = Bench(RorzeSession([2, 3], rng=Random(1), introducer=introducer), loop)
+    bench.ask(SetUserComment(comment_number=2, text="cost $5"))
+    end = b"" if introducer == "&" else POISON
+    assert bench.next() == "02 9VS"
+    bench.ask(STOP)
+    assert bench.next() == "02 5IS"
+    assert bench.last.frame == end + bench.session.frame_of(2, STOP)
+    bench.answer()
+    bench.fall_silent()
+    assert bench.next() == "fence 02 3ND"
+    assert bench.last.frame.startswith(end + introducer.encode())
+    bench.answer()
+    bench.ask(READ)
+    assert bench.next() == "02 6PD"
+    assert bench.last.frame == bench.session.frame_of(2, READ)
+    loop.close()
 
 
 def test_the_numbers_of_fences_take_turns_through_all_there_are(it: Bench) -> None:

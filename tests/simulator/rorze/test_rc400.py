@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from protocols.rorze.link import POISON, LinkReader, StatusChanged
+from protocols.rorze.link import HALF_COMMAND_ENDS, POISON, LinkReader, StatusChanged
 from protocols.rorze.row import MAX_COMMAND_LENGTH
 from simulator.faults import Direction, Fault, Faults, Switch
 from simulator.rorze.rc400 import LinkSettings, Rc400
@@ -65,6 +65,15 @@ def test_a_half_command_dies_of_poison() -> None:
     line.receive(b"&3F1+M50" + POISON, 0.0)
     assert heard(line, 0.0) == ">&3F1+M@23\r"
     assert line.axes[0x3F].done == []
+
+
+@pytest.mark.parametrize("cut", range(len("&3F1+M50") + 1))
+def test_a_half_command_dies_of_other_line_ends_where_long_ones_are_executed(cut: int) -> None:
+    line = build(LinkSettings(overlong="executed"))
+    line.receive(b"&3F1+M50"[:cut] + HALF_COMMAND_ENDS["line_ends"], 0.0)
+    assert heard(line, 0.0) == ""
+    assert line.axes[0x3F].done == []
+    assert ask(line, "&3F6PD") == ">&3F6PD\r", "what follows is heard"
 
 
 def test_poison_alone_and_stray_line_ends_are_not_answered() -> None:
