@@ -11,7 +11,6 @@ from pydantic import PrivateAttr
 
 from gateway.core.drawn import Transition
 from gateway.core.errors import GatewayError, NotSent
-from gateway.core.line import LineDriver
 from gateway.core.origin import working
 from gateway.core.records import Record
 from gateway.core.supervisor import do_each, insist, insist_after, supervised, twice
@@ -180,7 +179,7 @@ class Stopping(ABC):
     report: Any
     """Its `Report`."""
 
-    def __init__(self, mode: StopMode, report: Report, line: LineDriver[Any, Any, Any]) -> None:
+    def __init__(self, mode: StopMode, report: Report, line: Any) -> None:
         self.mode = mode
         self.report, self._line = report, line
         self._began_at = asyncio.get_running_loop().time()
