@@ -25,7 +25,6 @@ from gateway.core.errors import (
 )
 from gateway.core.events import Event
 from gateway.core.journal.intents import OF_MOVES
-from gateway.core.line import LineDriver
 from gateway.core.move_log import MoveLog
 from gateway.core.move_record import LOST_AFTER_S, MoveError, MoveRecord, MoveStatus
 from gateway.core.next_calls import NextCall
@@ -145,7 +144,7 @@ class MoveRun(ABC, Generic[M, S]):
         moves: "MoveRuns[M]",
         move: M,
         part: Any,
-        line: LineDriver[Any, Any, Any],
+        line: Any,
         who: str,
         every_s: float,
     ) -> None:

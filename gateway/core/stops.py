@@ -12,7 +12,6 @@ from typing_extensions import TypeAliasType
 
 from gateway.core.drawn import Transition
 from gateway.core.errors import GatewayError, NotSent
-from gateway.core.line import LineDriver
 from gateway.core.origin import working
 from gateway.core.records import Record
 from gateway.core.supervisor import do_each, insist, insist_after, supervised, twice
@@ -183,11 +182,11 @@ class Stopping(ABC):
     report: Any
     """Its `Report`."""
 
-    def __init__(self, mode: StopMode, report: Report, line: LineDriver[Any, Any, Any]) -> None:
+    def __init__(self, mode: StopMode, report: Report, line: Any) -> None:
         self.mode = mode
         self.report, self._line = report, line
         self._began_at = asyncio.get_running_loop().time()
-        self._held_before_s = line.admission.held_s(self._began_at)
+        self._held_before_s: float = line.admission.held_s(self._began_at)
         self._stop: asyncio.Future[Any] | None = None
         """Outcome of the last repetition."""
         self._taken_s = 0.0
@@ -242,7 +241,8 @@ class Stopping(ABC):
     def waited_s(self) -> float:
         """Seconds for which it has been under way, without the time for which the gateway was held up."""
         now = asyncio.get_running_loop().time()
-        return now - self._began_at - (self._line.admission.held_s(now) - self._held_before_s)
+        held: float = self._line.admission.held_s(now)
+        return now - self._began_at - (held - self._held_before_s)
 
     def is_late(self) -> bool:
         """Say whether the motor should stand by now."""

@@ -20,6 +20,7 @@ from gateway.core.move_runs import Found, MoveRun, MoveRuns, found
 from gateway.core.next_calls import NextCall
 from gateway.core.supervisor import do_each
 from gateway.core.times import happens
+from gateway.core.trajectories import Trajectory
 from gateway.core.verdicts import AtRest, Begun, Heard, Place, Power, Stop, Told, VerdictWords, row_of
 from gateway.rorze.alarms import calls_for_body
 from gateway.rorze.asked_body import believed
@@ -29,7 +30,6 @@ from gateway.rorze.knowledge import MotorState
 from gateway.rorze.plans import crossed_limit, target_of
 from gateway.rorze.power import POWER_ON_POSITION, PowerSeen, needs_place
 from gateway.rorze.probes import background_of, follow_s, is_crowded, is_prompt, poll_s
-from gateway.rorze.samples import BodyTrajectory
 from protocols.rorze.inputs_outputs import GetSensors
 from protocols.rorze.modes import GetOperatingMode
 from protocols.rorze.origin import CentreStallDog, GetHomingDistance, OriginSearch
@@ -137,11 +137,13 @@ class BodyRun(MoveRun[Move, MotorState]):
         self.move.counted_in = self.body.counted_in or self.move.counted_in
         super().advance(status, error)
 
-    def set_going(self, command: RorzeCommand[Any], at: float) -> None:
+    def set_going(self, command: RorzeCommand[Any]) -> None:
         """Its command is on the wire."""
         self.body.was_set_going(command)
         self.advance(MoveStatus.SENT)
-        trajectory = BodyTrajectory(self.body, self.move, command, at)
+
+    def trace(self, trajectory: Trajectory[int]) -> None:
+        """Keep where the motor is seen from now on."""
         self.body.motion.trace(trajectory)
         self._moves.trajectories.begin(self.move.id, trajectory)
         self._moves.on_trajectory(self.body)

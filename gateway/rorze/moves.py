@@ -18,6 +18,7 @@ from gateway.rorze.knowledge import MotorState
 from gateway.rorze.move_proof import BodyRun, SharedWay
 from gateway.rorze.plans import Planned
 from gateway.rorze.power import ProofTooOld
+from gateway.rorze.samples import BodyTrajectory
 from protocols.rorze.interpolation import (
     GetDrivenAxis,
     GetStartPosition,
@@ -217,8 +218,9 @@ class BodiesMotion(Motion[BodyRun, None]):
 
         def written(at: float) -> None:
             for run in self.runs:
-                run.set_going(self.command, at)
+                run.set_going(self.command)
                 self.on_sent(run.move)
+                run.trace(BodyTrajectory(run.body, run.move, self.command, at))
 
         target = self.target
         if target.line.gate.epoch(target.number) != self.epoch:
