@@ -167,4 +167,4 @@ class Peers:
 
     ownership: Ownership
     membership: Membership | None
-    """None without a plant of several gateways."""
+    """This gateway as a member of a plant; None without one."""

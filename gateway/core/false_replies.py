@@ -1,4 +1,4 @@
-"""What comes back and is no reply to what was asked: copies of earlier replies, and echoes.
+"""False replies: copies of earlier ones, and echoes of what was written.
 
 A reply may come twice, and the copy later than other frames. One speaker's frames come in order, though:
 after the echo of its fence come no copies of its earlier replies. A line that says back what is written to

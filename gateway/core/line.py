@@ -94,6 +94,8 @@ class PortPace:
     """Time at which the last bit of the last frame leaves."""
     heard_at: float = 0.0
     """Time at which bytes last came."""
+    heard_bytes: int = 0
+    """Bytes heard since the last frame was written."""
     stuck_since: float | None = None
     """Time since which the port takes no bytes."""
     held_s: float = 0.0
@@ -469,8 +471,6 @@ class LineDriver(PortLoop, Generic[X, W, F]):
         self._expiry = EarliestTimer(self._expire, self._survive)
         self.turnaround_s = 0.0
         """Mean time from a frame to its reply of late, without the bytes of the reply, in seconds."""
-        self._heard_bytes = 0
-        """Bytes heard since the last frame was written."""
         self._held_when_heard_s = 0.0
         """Seconds for which the event loop had been held when a reply was last heard."""
         session.echo.on_change = self._echo_changed
@@ -591,7 +591,7 @@ class LineDriver(PortLoop, Generic[X, W, F]):
             if self._send(exchange.frame, now):
                 if self.intents is not None:
                     self.intents.note_written(exchange)
-                self._heard_bytes = 0
+                self._wire.heard_bytes = 0
                 deadline = self._wire.free_at + exchange.reply.timeout_s
                 goes_on = self._session.written(exchange, now, deadline)
                 if self._pauses.echoes:
@@ -608,7 +608,7 @@ class LineDriver(PortLoop, Generic[X, W, F]):
     def data_received(self, data: bytes) -> None:
         """Bytes from the port."""
         self._wire.heard_at = self._loop.time()
-        self._heard_bytes += len(data)
+        self._wire.heard_bytes += len(data)
         try:
             for frame in self._reader.feed(data):
                 if isinstance(frame, Garbage):
@@ -759,7 +759,7 @@ class LineDriver(PortLoop, Generic[X, W, F]):
             settle()
 
     def _note_turnaround(self) -> None:
-        took_s = self._wire.heard_at - self._wire.free_at - self._heard_bytes * self.byte_time_s
+        took_s = self._wire.heard_at - self._wire.free_at - self._wire.heard_bytes * self.byte_time_s
         self.turnaround_s += (min(max(took_s, 0.0), self.reply_timeout_s) - self.turnaround_s) / TURNAROUNDS
 
     def _was_overtaken(self, late: X, by: X) -> None:

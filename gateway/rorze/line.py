@@ -155,7 +155,7 @@ class Line(LineDriver[RorzeExchange, ReplyFrame | Message, ReplyFrame]):
         self._known_since: dict[int, int] = {}
         """The set-up by which the link master knows each group."""
         self.followed: set[int] = set()
-        """Its bodies with a move that is not over."""
+        """Bodies with a move that is not over."""
         self.tells_of_stops = False
         """True if one event has told that its stops are not confirmed, since no body on it answers."""
         self.on_message: Callable[[Message], None] = lambda _: None

@@ -97,7 +97,7 @@ def subject_of(frame: bytes) -> FrameSubject:
     if match is None:
         return FrameSubject(b"")
     number = int(match[1], 16)
-    named = (int(it, 16) for it in re.findall(rb"\[([0-7][0-9A-F]):", frame))
+    named = (int(found, 16) for found in re.findall(rb"\[([0-7][0-9A-F]):", frame))
     return FrameSubject(match[1], frozenset((number, *GROUP.get(number, ()), *named)))
 
 
@@ -122,7 +122,7 @@ STORY = [
 
 def passed(**wanted: object) -> list[str]:
     passing = TraceFilter(subject_of, **wanted)  # type: ignore[arg-type]  # as given by each story
-    return [it[3].decode().replace("\r", "|") for it in passing.pass_on(STORY)]
+    return [record[3].decode().replace("\r", "|") for record in passing.pass_on(STORY)]
 
 
 def test_without_a_wish_all_pass() -> None:
@@ -201,7 +201,7 @@ def test_however_the_bytes_are_cut_every_byte_of_a_reply_passes(data: st.DataObj
             yield (0, 0, "rx", rest[:size], None, None)
             rest = rest[size:]
 
-    heard = b"".join(it[3] for it in TraceFilter(subject_of, bodies={0x3F}).pass_on(pieces()))
+    heard = b"".join(record[3] for record in TraceFilter(subject_of, bodies={0x3F}).pass_on(pieces()))
     assert reply in heard
 
 

@@ -11,13 +11,13 @@ import pytest
 
 from gateway.core.admission import SUSPENDED_S, Admission, LoopWatch
 from gateway.core.errors import GatewayError, HeldUp, InvalidRequest, Overtaking, PortNotOpen
-from gateway.core.exchange import Lane
+from gateway.core.exchange import ExpectedReply, Lane
 from gateway.core.gate import Gate
 from gateway.core.line import GAP_S, LineDriver
 from gateway.core.line_state import PortNews
 from gateway.core.load import Load
 from gateway.core.origin import current
-from gateway.core.session import Session
+from gateway.core.session import Session, SessionTerms
 from gateway.rorze.line import Line, LineState
 from protocols.rorze.link import Answer, GroupAnswer, Refusal
 from protocols.rorze.position import GetPosition
@@ -44,7 +44,7 @@ class Said:
 
     def __init__(self, text: str) -> None:
         self.frame = f"{text}\r".encode()
-        self.timeout_s = TIMEOUT_S
+        self.reply = ExpectedReply(TIMEOUT_S)
         self.origin = current()
         self.lane = Lane.READ
         self.outcome: GatewayError | None = None
@@ -60,6 +60,7 @@ class Speech:
         self.counters: Counter[str] = Counter()
         self.gate: Gate[Any] = Gate()
         self.load = Load()
+        self.terms = SessionTerms(TIMEOUT_S, TIMEOUT_S, interject_stops=True, set_up_target=0)
         self.echo, self.order = SimpleNamespace(), SimpleNamespace()
         self.in_step = True
         self.waiting: list[Said] = []
@@ -89,8 +90,9 @@ class Speech:
         self.asked.append(now)
         return self.waiting.pop(0) if ready and self.waiting else None
 
-    def written(self, exchange: Said, now: float, deadline: float) -> None:
+    def written(self, exchange: Said, now: float, deadline: float) -> bool:
         self.said.append((exchange.frame, now, deadline))
+        return self.has_something()
 
     def deadline(self) -> float | None:
         return None
