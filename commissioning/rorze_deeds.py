@@ -312,7 +312,7 @@ async def _there_and_back(row: Assumption, bench: RorzeBench, way: Way) -> Findi
 async def _taken(bench: RorzeBench, way: Way, target: int) -> bool:
     """Begin a slow move; False if it is refused.
 
-    :raises Unanswered: nobody knows; the motor has to be stopped.
+    :raises Unanswered: it is not known; the motor has to be stopped.
     """
     move = MoveToSlowly(position=target)
     answer = await bench.ask(way.body, move)

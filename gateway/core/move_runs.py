@@ -401,7 +401,7 @@ class Motion(ABC, Generic[R, P]):
 
     runs: Sequence[R]
     taken: Beginning = field(init=False)
-    """Its beginning, from its queue on."""
+    """The beginning of the motion, from its queue on."""
 
     @abstractmethod
     async def _prepare(self) -> P:
@@ -416,7 +416,7 @@ class Motion(ABC, Generic[R, P]):
 
         A run without a reply here tells the caller as it is followed.
 
-        :raises GatewayError: it was not written, or nobody has answered.
+        :raises GatewayError: it was not written, or no controller has answered.
         """
 
     def _held(self, _expires_at: float) -> AbstractAsyncContextManager[object]:

@@ -180,7 +180,7 @@ class Stopping(ABC):
     one_at_a_time: ClassVar[bool] = False
     """True if a repetition is left out while the last one waits for its turn or its reply."""
     report: Any
-    """Its `Report`."""
+    """The `Report` of this stop."""
 
     def __init__(self, mode: StopMode, report: Report, line: Any) -> None:
         self.mode = mode

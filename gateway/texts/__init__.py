@@ -74,7 +74,9 @@ def japanese(sentence: str) -> str:
 def _forms() -> list[tuple[re.Pattern[str], list[str], str]]:
     """Each sentence with anything where its braces are, the names in them, and the Japanese."""
     split = ((re.split(r"\{(\w+)\}", english), told) for english, told in catalogue("sentences.ja").items())
-    return [(re.compile("(.*?)".join(map(re.escape, it[::2]))), it[1::2], told) for it, told in split]
+    return [
+        (re.compile("(.*?)".join(map(re.escape, parts[::2]))), parts[1::2], told) for parts, told in split
+    ]
 
 
 @cache

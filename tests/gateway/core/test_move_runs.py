@@ -65,7 +65,7 @@ class Motor:
 
 @dataclass
 class Seen:
-    """What a motor tells."""
+    """The answer of a motor."""
 
     runs: bool
 
