@@ -16,7 +16,7 @@ RUN pip install --no-deps --no-build-isolation .
 USER motion-gateway
 WORKDIR /var/lib/motion-gateway
 VOLUME /var/lib/motion-gateway
-# The simulator is in it too: `docker run --network host motion-gateway:0.1.0 motion-gateway serve --demo`.
+# The simulator is in it too: `docker run --network host motion-gateway:0.2.0 motion-gateway serve --demo`.
 # Where the configuration names another port or host, the health check and `motion-gateway status` have to be
 # told: --env MOTION_GATEWAY_URL=http://127.0.0.1:PORT
 ENV MOTION_GATEWAY_URL=http://127.0.0.1:8420
