@@ -17,8 +17,8 @@ from gateway import texts
 from gateway.core import numbers
 from gateway.core.errors import GatewayError, NotFound
 from gateway.core.events import Event, EventHub
+from gateway.core.marks import DETAIL
 from gateway.core.next_calls import ALARMS, NextCall, filled_in, get, post
-from gateway.core.operation import DETAIL
 from gateway.core.origin import current, new_id
 from gateway.core.records import Record
 from gateway.core.rights import Right

@@ -18,9 +18,10 @@ from gateway.core.events import EventHub
 from gateway.core.known import FactStore
 from gateway.core.line import LineDriver
 from gateway.core.line_state import LineState
+from gateway.core.marks import DETAIL
 from gateway.core.move_log import MoveLog
 from gateway.core.move_record import RESTARTED, MoveRecord
-from gateway.core.operation import DETAIL, DocumentSection, RouteWords, Rows
+from gateway.core.operation import DocumentSection, RouteWords, Rows
 from gateway.core.parts import Part
 from gateway.core.records import Record
 from gateway.core.stops import Report, StopMode

@@ -9,8 +9,8 @@ from pydantic import Field
 from typing_extensions import TypeAliasType
 
 from gateway.core.errors import ControllerError, GatewayError, Moved
+from gateway.core.marks import DETAIL
 from gateway.core.next_calls import NextCall
-from gateway.core.operation import DETAIL
 from gateway.core.records import Record, RequestModel, request_id_field
 from protocols.members import at_hand
 

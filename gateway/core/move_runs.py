@@ -306,11 +306,11 @@ class MoveRun(ABC, Generic[M, S]):
                 move.acknowledged_at = move.acknowledged_at or datetime.now(UTC)
             self.advance(MoveStatus.MOVING)
 
-    def hear(self, reply: object) -> None:
+    def hear(self, reply: object, *, written: bool) -> None:
         """Note the reply to its command; an error ends a move that never began, but for a lost reply."""
         if not isinstance(reply, GatewayError):
             self.move.acknowledged_at = datetime.now(UTC)
-        elif not isinstance(reply, NoReply) or self.move.status is MoveStatus.QUEUED:
+        elif not isinstance(reply, NoReply) or (self.move.status is MoveStatus.QUEUED and not written):
             self.end(self._unbegun(reply))
 
     def end(self, ending: Found) -> None:
@@ -402,6 +402,8 @@ class Motion(ABC, Generic[R, P]):
     runs: Sequence[R]
     taken: Beginning = field(init=False)
     """The beginning of the motion, from its queue on."""
+    written: bool = field(default=False, init=False)
+    """True if the command is on the wire, whatever status a fault of the gateway has left its moves in."""
 
     @abstractmethod
     async def _prepare(self) -> P:
@@ -450,7 +452,7 @@ class Motion(ABC, Generic[R, P]):
             reply = heard[run]
             if isinstance(reply, ControllerRefused):
                 heard[run] = reply = await run.look_into(reply)
-            run.hear(reply)
+            run.hear(reply, written=self.written)
         if heard:
             refusals = [reply for run, reply in heard.items() if run.over]
             nobody = all(run.move.sent_at is None for run in self.runs)

@@ -7,7 +7,7 @@ from typing import Literal, Self
 from pydantic import BaseModel, ConfigDict, Field, JsonValue, model_validator
 from typing_extensions import TypeAliasType
 
-from gateway.core.operation import DETAIL
+from gateway.core.marks import DETAIL
 from gateway.core.rights import Right
 from gateway.texts import text
 

@@ -7,7 +7,7 @@ from inspect import Parameter, Signature, getdoc, signature
 from typing import Annotated, Any, Final, Literal, NamedTuple, TypeVar, get_origin
 from warnings import catch_warnings, simplefilter
 
-from pydantic import BaseModel, Field, JsonValue, TypeAdapter
+from pydantic import BaseModel, Field, TypeAdapter
 from pydantic.warnings import UnsupportedFieldAttributeWarning
 
 from gateway.core.rights import Right
@@ -44,8 +44,6 @@ _EFFECTS: Final[Mapping[Right, Effect]] = {
     Right.ADMIN: Effect.MAINTENANCE,
 }
 """Default effect of an operation, by its right."""
-DETAIL: Final[dict[str, JsonValue]] = {"x-detail": True}
-"""`json_schema_extra` of a member whose form the core of the documents leaves open."""
 LEASED: Final = frozenset({Right.OPERATE, Right.SETUP})
 """Rights that a lease reserves to its holder."""
 

@@ -8,7 +8,8 @@ from typing_extensions import TypeAliasType
 
 from gateway.access.grants import TICKET_S
 from gateway.core.line_state import LineState
-from gateway.core.operation import DETAIL, Rows
+from gateway.core.marks import DETAIL
+from gateway.core.operation import Rows
 from gateway.core.records import AnswerModel
 from gateway.core.rights import Right
 from gateway.door.events import After, Bodies, Sample, Snapshot, Types

@@ -6,8 +6,8 @@ from pydantic import Field
 from typing_extensions import TypeAliasType
 
 from gateway.core.errors import InvalidRequest
+from gateway.core.marks import DETAIL
 from gateway.core.move_record import MoveRecord
-from gateway.core.operation import DETAIL
 from gateway.fics.axes import AxisUnits, AxisValues, CoordinateSystem, UnitAxes
 from protocols.fics.homing import HomeRobot
 from protocols.fics.jog import StepAxis

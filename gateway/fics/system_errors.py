@@ -4,7 +4,7 @@ from datetime import UTC, datetime
 
 from pydantic import Field
 
-from gateway.core.operation import DETAIL
+from gateway.core.marks import DETAIL
 from gateway.core.records import Record
 from gateway.fics.axes import Tell
 from gateway.texts import Text, text

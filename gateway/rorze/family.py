@@ -26,9 +26,10 @@ from gateway.core.family import (
     why_it_moves,
 )
 from gateway.core.jogs import JogNews
+from gateway.core.marks import DETAIL
 from gateway.core.move_log import MoveLog
 from gateway.core.move_record import RESTARTED, Move, MoveStatus
-from gateway.core.operation import DETAIL, DocumentSection, RouteWords
+from gateway.core.operation import DocumentSection, RouteWords
 from gateway.core.origin import RESTART, acting
 from gateway.core.parts import Part, numbered_address
 from gateway.core.restores import Restores

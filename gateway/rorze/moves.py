@@ -217,6 +217,7 @@ class BodiesMotion(Motion[BodyRun, None]):
         """Write the command; errors as of `Body.ask` and `Group.ask`."""
 
         def written(at: float) -> None:
+            self.written = True
             for run in self.runs:
                 run.set_going(self.command)
                 self.on_sent(run.move)

@@ -219,8 +219,11 @@ class ScaraRun(MoveRun[ScaraMove, "ScaraRun"]):
         return found(worst_of(move.status for move in self.moves.values()))
 
     def _failed(self) -> dict[Body, Move]:
-        fine = MoveStatus.SUCCEEDED, MoveStatus.STOPPED
-        return {body: move for body, move in self.moves.items() if move.status not in fine}
+        return {
+            body: move
+            for body, move in self.moves.items()
+            if move.status not in (MoveStatus.SUCCEEDED, MoveStatus.STOPPED)
+        }
 
     def _words(self) -> VerdictWords:
         failed = self._failed()

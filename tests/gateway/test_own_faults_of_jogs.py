@@ -7,13 +7,13 @@ from typing import Any
 import pytest
 
 from gateway.core.jogs import JogNews
+from gateway.core.move_runs import MoveRun
 from gateway.core.stops import Stopping
 from gateway.fics.jogs import RobotJogs
 from gateway.fics.motion_state import MotionState
 from gateway.rorze.bodies import Body
 from gateway.rorze.jogs import BodyJogs
 from gateway.rorze.move_requests import BodyJogRequest
-from gateway.rorze.moves import Moves
 from gateway.rorze.stops import Stops, _BodyStop
 from protocols.fics.homing import HomeRobot
 from protocols.rorze.speeds import SetMaximumAcceleration, SetMaximumSpeed, SetStartSpeed
@@ -26,7 +26,7 @@ STOPPED_WITHIN_S = 2.0
 SEEN_WITHIN_S = 10.0
 OF_BODIES = [
     (Body, "was_set_going"),
-    (Moves, "advance"),
+    (MoveRun, "advance"),
     (BodyJogs, "_begin"),
     (BodyJogs, "_see_over"),
     (Stops, "_forbid_what_waits"),

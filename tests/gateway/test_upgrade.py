@@ -58,7 +58,8 @@ arm_um = 215000
 finger_um = 330000
 pulses_per_turn = [121791.045, 60000.0, 100000.0]
 """
-SHAPES = (8, "78d431d260c5767d")
+WORDS = ("description", "examples", "title", "$defs", "$ref")
+SHAPES = (8, "693378c440ca7bea")
 """The version of the tables, and what the records in them look like."""
 
 
@@ -125,7 +126,8 @@ def shapes() -> list[Any]:
     kinds |= {kind for it in registered() for kind in it.move_records}
     works = [it for it in below(DurableJobs) if it.__module__.startswith("gateway.")]
     kinds |= {it.record_type for it in works if "record_type" in vars(it)}
-    return [without_words(kind.model_json_schema()) for kind in sorted(kinds, key=lambda kind: kind.__name__)]
+    schemas = [kind.model_json_schema() for kind in sorted(kinds, key=lambda kind: kind.__name__)]
+    return [without_words(schema, schema.get("$defs", {})) for schema in schemas]
 
 
 def below(kind: type[Any]) -> Iterator[type[Any]]:
@@ -134,10 +136,13 @@ def below(kind: type[Any]) -> Iterator[type[Any]]:
         yield from below(it)
 
 
-def without_words(schema: Any) -> Any:
-    """The schema of a record without its descriptions, which may change."""
+def without_words(schema: Any, named: Any) -> Any:
+    """The schema of a record without descriptions, marks and names of its parts, which may change."""
     if isinstance(schema, list):
-        return [without_words(it) for it in schema]
+        return [without_words(part, named) for part in schema]
     if not isinstance(schema, dict):
         return schema
-    return {name: without_words(it) for name, it in schema.items() if name not in ("description", "examples")}
+    if "$ref" in schema:
+        schema = {**named[schema["$ref"].rpartition("/")[2]], **schema}
+    left = {name: part for name, part in schema.items() if name not in WORDS and not name.startswith("x-")}
+    return {name: without_words(part, named) for name, part in left.items()}

@@ -7,7 +7,8 @@ from pydantic import Field
 from typing_extensions import TypeAliasType
 
 from gateway.core.line_state import LineState
-from gateway.core.operation import DETAIL, Rows
+from gateway.core.marks import DETAIL
+from gateway.core.operation import Rows
 from gateway.core.records import AnswerModel, RequestModel, example
 from gateway.core.rights import Right
 from gateway.core.targets import Target

@@ -9,8 +9,9 @@ from pydantic import Field, WithJsonSchema, model_validator
 from typing_extensions import TypeAliasType, TypedDict
 
 from gateway.core.errors import GatewayError
+from gateway.core.marks import DETAIL
 from gateway.core.move_record import CountedIn, Move
-from gateway.core.operation import DETAIL, Rows, Wait
+from gateway.core.operation import Rows, Wait
 from gateway.core.records import AnswerModel, RequestModel, SentBack, example, require_same
 from gateway.core.rights import Right
 from gateway.core.targets import CommandReplies, Target

@@ -8,7 +8,8 @@ from typing import Annotated, Any, Final, Self
 from pydantic import Field, model_validator
 
 from gateway.core.errors import InvalidRequest
-from gateway.core.operation import DETAIL, Expectation, PlainText, Rows, Wait
+from gateway.core.marks import DETAIL
+from gateway.core.operation import Expectation, PlainText, Rows, Wait
 from gateway.core.records import AnswerModel, RequestModel, SentBack, example, require_same
 from gateway.core.rights import Right
 from gateway.core.tables import Name
