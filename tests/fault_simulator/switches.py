@@ -37,6 +37,7 @@ from gateway.rorze.power import Mark
 from gateway.rorze.session import RorzeExchange, RorzeSession
 from gateway.rorze.stops import _BodyStop
 from protocols.rorze.commands import COMMANDS
+from protocols.rorze.link import HALF_COMMAND_ENDS
 from protocols.table import Effect
 from tests.api.common import test_idempotent_requests
 from tests.gateway import test_plant
@@ -246,7 +247,7 @@ def the_mark_always_stands(patch: Patch) -> None:
 
 
 def half_commands_are_ended(patch: Patch) -> None:
-    patch.setattr("gateway.rorze.line.POISON", b"\r")
+    patch.setattr("gateway.rorze.session.HALF_COMMAND_ENDS", dict.fromkeys(HALF_COMMAND_ENDS, b"\r"))
     patch.setattr("gateway.fics.line.CLEARING", b"\rPOF 2\r")
 
 
