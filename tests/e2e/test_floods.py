@@ -53,16 +53,19 @@ def drawn() -> list[str]:
     return Random(f"{commit()} floods").sample(sorted(FLOODS), QUICK)
 
 
-@pytest.fixture(
-    scope="module",
-    params=[pytest.param(drawn(), id="drawn"), pytest.param(list(FLOODS), id="all", marks=pytest.mark.prove)],
-)
-def found(request: pytest.FixtureRequest) -> Found:
-    return uvloop.run(poured(SECONDS, request.param))
-
-
 @pytest.mark.long
-def test_no_flood_holds_the_loop_a_stop_or_a_jog(found: Found) -> None:
+@pytest.mark.parametrize(
+    "kinds",
+    [pytest.param(drawn(), id="drawn"), pytest.param(list(FLOODS), id="all", marks=pytest.mark.prove)],
+)
+def test_whoever_sends_all_he_can_takes_nothing_from_the_others(kinds: list[str]) -> None:
+    found = uvloop.run(poured(SECONDS, kinds))  # once for all that is asked of it
+    holds_neither_the_loop_nor_a_stop_nor_a_jog(found)
+    is_answered_as_it_should_be(found)
+    leaves_nothing(found)
+
+
+def holds_neither_the_loop_nor_a_stop_nor_a_jog(found: Found) -> None:
     assert len(found.floods) >= 25
     assert found.faults == {}
     late_ms = [
@@ -73,8 +76,7 @@ def test_no_flood_holds_the_loop_a_stop_or_a_jog(found: Found) -> None:
     assert p99(late_ms) <= STOP_MS
 
 
-@pytest.mark.long
-def test_each_flood_is_answered_as_it_should_be(found: Found) -> None:
+def is_answered_as_it_should_be(found: Found) -> None:
     strange = {
         name: told
         for name, measured in found.floods.items()
@@ -84,8 +86,7 @@ def test_each_flood_is_answered_as_it_should_be(found: Found) -> None:
     assert sum(bool(measured.told) for measured in found.floods.values()) > len(found.floods) / 2
 
 
-@pytest.mark.long
-def test_nothing_of_a_flood_is_left(found: Found) -> None:
+def leaves_nothing(found: Found) -> None:
     assert found.sockets[1] <= found.sockets[0]
     assert found.idle < MOST_IDLE
     assert found.resident_mib[1] - found.resident_mib[0] < MOST_MIB
