@@ -51,6 +51,7 @@ def test_a_second_click_before_the_answer_is_told_as_not_done(plant: Plant, open
     asked[0].continue_()
     until(lambda: moves_of(plant) == begun + 1, "the step is made, once")
     console.page.unroute("**/bodies/line1.3F/moves")
+    console.page.wait_for_timeout(AFTER_A_DOUBLE_CLICK_MS)
     expect(step).to_have_attribute("aria-disabled", "false")
     step.click()
     until(lambda: moves_of(plant) == begun + 2, "the button works again")
