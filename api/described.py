@@ -17,10 +17,10 @@ from api.common.documentation import place_of, words_of
 from api.common.problems import MEDIA_TYPE
 from api.common.requests import IF_MATCH
 from api.common.responses import AGE_HEADER
+from api.front.swagger import TITLE
 from gateway.door.names import NAMES
 from gateway.door.table import FAMILIES, Effect, Operation, Right
 
-TITLE: Final = "motion-gateway"
 DESCRIPTION: Final = f"""\
 {", and ".join(family.controllers for family in FAMILIES.values() if family.controllers)}.
 

@@ -373,7 +373,7 @@ class DriveMotion(Motion[DriveRun, None]):
     async def _write(self, _: None, expires_at: float) -> Mapping[DriveRun, object]:
         """Send the motion; errors as of `LineDriver.reply_to`."""
         [run] = self.runs
-        self.exchange.expires_at, self.exchange.on_written = expires_at, run.sent
+        self.exchange.expires_at, self.exchange.on_written = expires_at, self.was_written
         return {run: await run.line.reply_to(self.exchange)}
 
 

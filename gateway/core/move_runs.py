@@ -445,6 +445,16 @@ class Motion(ABC, Generic[R, P]):
         following = [self._follow(run, heard.get(run)) for run in self.runs if not run.over]
         await (following[0] if len(following) == 1 else asyncio.gather(*following))  # alone, without a task
 
+    def was_written(self, at: float) -> None:
+        """Note that the command is on the wire: before all else, for what follows may meet a fault."""
+        self.written = True
+        for run in self.runs:
+            self._sent(run, at)
+
+    def _sent(self, run: R, at: float) -> None:
+        """Note for one move that the command is on the wire."""
+        run.sent(at)
+
     async def _hear(self, replies: Mapping[R, object]) -> Mapping[R, object]:
         """Take the replies, refusals last, for these are looked into; and tell the caller."""
         heard = dict(replies)

@@ -455,7 +455,7 @@ class RobotMotion(Motion[RobotRun, None]):
                 run.unit,
                 epoch=self.epoch,
                 expires_at=expires_at,
-                on_written=run.sent,
+                on_written=self.was_written,
             )
         )
         return {}

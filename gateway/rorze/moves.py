@@ -215,22 +215,19 @@ class BodiesMotion(Motion[BodyRun, None]):
 
     async def _write(self, _: None, expires_at: float) -> Mapping[BodyRun, object]:
         """Write the command; errors as of `Body.ask` and `Group.ask`."""
-
-        def written(at: float) -> None:
-            self.written = True
-            for run in self.runs:
-                run.set_going(self.command)
-                self.on_sent(run.move)
-                run.trace(BodyTrajectory(run.body, run.move, self.command, at))
-
         target = self.target
         if target.line.gate.epoch(target.number) != self.epoch:
             raise target.line.gate.overtaken(target.number)
         if isinstance(target, Body):
-            told = await target.ask(self.command, expires_at=expires_at, on_written=written)
+            told = await target.ask(self.command, expires_at=expires_at, on_written=self.was_written)
             return {self.runs[0]: told[0]}
-        replies = await target.ask(self.command, expires_at=expires_at, on_written=written)
+        replies = await target.ask(self.command, expires_at=expires_at, on_written=self.was_written)
         return {run: replies[run.body] for run in self.runs}
+
+    def _sent(self, run: BodyRun, at: float) -> None:
+        run.set_going(self.command)
+        self.on_sent(run.move)
+        run.trace(BodyTrajectory(run.body, run.move, self.command, at))
 
 
 def kind_of(command: RorzeCommand[Any]) -> MoveKind:

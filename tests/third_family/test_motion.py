@@ -5,7 +5,9 @@ from pathlib import Path
 
 import pytest
 
+from gateway.core.move_runs import MoveRun
 from protocols.table import Reply
+from tests.own_faults import fail_once
 from tests.third_family.rows import FRAME, ROWS, Frame, Frames, GetStatus, Go, Status
 from tests.third_family.test_third_family import TOY, Bench, on_bench
 
@@ -78,6 +80,19 @@ async def test_a_move_whose_answer_is_lost_is_judged_by_what_the_axis_names_as_i
     bench.machine.unanswered = ""
     assert (await moving)["status"] == "succeeded"
     assert bench.machine.heard.count("go") == 1
+
+
+def test_a_move_that_a_fault_of_our_own_met_as_it_was_written_is_not_told_as_unmoved(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    @on_bench
+    async def story(bench: Bench) -> None:
+        fail_once(monkeypatch, (MoveRun, "sent"))
+        move = await the_move(bench, "go", {"place": 100})
+        assert move["status"] == "succeeded"
+        assert bench.machine.heard.count("go") == 1
+
+    story(monkeypatch)
 
 
 @on_bench
