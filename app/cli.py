@@ -41,7 +41,7 @@ COMMANDS: Final = {
     "alarms": "alarms:alarms",
     "lease": "lease:lease",
     "program": "program:program",
-    "plot": "plot_move:plot",
+    "plot": "plot:plot",
     "plant": "plant:plant",
     "take-over": "take_over:take_over",
 }

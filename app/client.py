@@ -12,7 +12,7 @@ import typer
 
 from app import exits, http
 from app.exits import Failure, Misuse
-from app.progress import ProgressLine
+from app.output import ProgressLine
 
 LOCAL = "http://127.0.0.1:8420"
 KEY_VARIABLE = "MOTION_GATEWAY_KEY"

@@ -9,8 +9,8 @@ from contextlib import contextmanager
 
 import uvicorn
 
+from app.process import notify
 from app.server import HSTS, bound, listen
-from app.systemd import notify
 from app.tls import Certificate
 from fleet.engine import Unfit
 from fleet.fitness import faults_of, require_fit_streams, unseen

@@ -18,10 +18,15 @@ from typing import TYPE_CHECKING, Any
 import uvicorn
 
 from app.access import AccessControl
-from app.descriptors import connections_possible
-from app.files import require_no_links
-from app.garbage import short_collections
-from app.systemd import Watchdog, expect_long_start, notify, watchdog_wanted
+from app.data_directory import require_no_links
+from app.process import (
+    Watchdog,
+    connections_possible,
+    expect_long_start,
+    notify,
+    short_collections,
+    watchdog_wanted,
+)
 from app.tls import Certificate
 from gateway.access.principal import EVERYBODY, asking
 from gateway.config import Config, Server

@@ -1,11 +1,14 @@
-"""The target of a command: a word is an address, or a name that the configuration gives."""
+"""The target of a command: an address, or a name that the configuration gives; the shell completes both."""
 
 import re
 from dataclasses import dataclass
-from typing import Any, Literal
+from pathlib import Path
+from typing import Any, Final, Literal
 
-from app.client import Client
-from app.exits import Misuse
+import typer
+
+from app.client import LOCAL, Client
+from app.exits import Failure, Misuse
 from gateway.core.parts import is_numbered, numbered_address
 
 Kind = Literal["bodies", "groups", "scaras", "robots"]
@@ -90,3 +93,26 @@ def _robot(robot: dict[str, Any], unit: int | None) -> NamedTarget:
 def _named(client: Client, kind: Kind, id_key: str, name: str) -> list[NamedTarget]:
     listed = client.request("GET", f"/{kind}")[kind]
     return [NamedTarget(kind, item[id_key]) for item in listed if item["name"] == name]
+
+
+_IDS: Final = {"bodies": "body_id", "groups": "group_id", "scaras": "scara_id", "robots": "robot_id"}
+
+
+def addresses(context: typer.Context, begun: str) -> list[str]:
+    """List the addresses and names that complete a word; none where no gateway answers."""
+    key_file = context.params.get("key_file")  # while a word is completed, options are text
+    try:
+        client = Client.at(context.params.get("url") or LOCAL, Path(key_file) if key_file else None)
+        listed = {kind: client.made(kind) for kind in _IDS}
+    except Failure:
+        return []
+    words = [word for kind, items in listed.items() for item in items for word in _words(item, _IDS[kind])]
+    return [word for word in words if word.startswith(begun)]
+
+
+def _words(item: dict[str, Any], id_key: str) -> list[str]:
+    """The address, that of each unit, and the name; a shell would take a name with a blank for two words."""
+    address: str = item[id_key]
+    units = [f"{address}/units/{unit['number']}" for unit in item.get("units", ())]
+    name = item["name"]
+    return [address, *units, *([name] if name and not any(map(str.isspace, name)) else [])]

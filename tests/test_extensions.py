@@ -24,7 +24,7 @@ FOLDERS: Final = (
 TESTS: Final = (
     "tests/api/bodies/test_info.py",
     "tests/api/test_stops.py",
-    "tests/app/test_completion.py",
+    "tests/app/test_targets.py",
     "tests/app/test_targets.py",
     "tests/gateway/door/test_stops.py",
     "tests/gateway/rorze/test_moves.py",

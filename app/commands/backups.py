@@ -9,10 +9,9 @@ import typer
 
 from app import exits, words
 from app.client import LOCAL, STEP_S, Client, KeyFile, Url, going_on_after
-from app.completion import addresses
 from app.exits import Failure, Misuse
-from app.progress import ProgressLine
-from app.targets import find, numbered
+from app.output import ProgressLine
+from app.targets import addresses, find, numbered
 
 Whose = Annotated[
     str,

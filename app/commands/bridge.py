@@ -114,7 +114,7 @@ def _run(name: str, config: Path, data: Path | None) -> None:
     import uvloop
 
     from app.logs import logging_to
-    from app.systemd import Watchdog, notify, watchdog_wanted
+    from app.process import Watchdog, notify, watchdog_wanted
 
     kind = _kind(name)
     from bridges.common.listener import CannotListen

@@ -10,8 +10,7 @@ import typer
 from app import exits
 from app.client import LOCAL, STEP_S, Client, KeyFile, Url
 from app.exits import Failure, Misuse
-from app.output import json_text
-from app.progress import ProgressLine
+from app.output import ProgressLine, json_text
 
 if TYPE_CHECKING:
     from commissioning.assumptions import Assumption
@@ -228,8 +227,7 @@ def _changes(found: "Report", report: Path | None) -> dict[str, Any]:
 
 def _propose(found: "Report", file: Path, changes: dict[str, Any], *, apply: bool) -> None:
     """Show the proposed change of the file, and make it where people ask for it."""
-    from gateway.config_edit import changed, diff
-    from gateway.config_file import ConfigFile
+    from gateway.config_file import ConfigFile, changed, diff
     from gateway.core.errors import GatewayError
     from gateway.core.toml_files import ConfigError
 

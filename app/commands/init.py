@@ -10,7 +10,7 @@ import typer
 
 from app import exits
 from app.exits import Failure, Misuse
-from app.progress import ProgressLine
+from app.output import ProgressLine
 
 if TYPE_CHECKING:
     from gateway.config import Config
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 def check(file: Annotated[Path, typer.Argument(help="The configuration file (TOML).")]) -> None:
     """Read a configuration, say what it would serve, and every fault with its line. No port is opened."""
-    from app.files import untrusted
+    from app.data_directory import untrusted
     from gateway.access.posture import weakened
     from gateway.config import load
     from gateway.core.toml_files import ConfigError

@@ -10,11 +10,9 @@ import typer
 
 from app import exits
 from app.client import LOCAL, Client, KeyFile, Url
-from app.completion import addresses
 from app.exits import Failure, Misuse
-from app.output import json_text
-from app.progress import ProgressLine
-from app.targets import NamedTarget, find
+from app.output import ProgressLine, json_text
+from app.targets import NamedTarget, addresses, find
 
 HEARTBEATS: Final = 3
 """The heartbeats in the time in which one has to come."""

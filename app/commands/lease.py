@@ -8,10 +8,9 @@ import typer
 
 from app import exits, words
 from app.client import LEASE_VARIABLE, LOCAL, Client, Json, KeyFile, Url
-from app.completion import addresses
 from app.exits import Failure
 from app.output import json_text, table
-from app.targets import find
+from app.targets import addresses, find
 
 lease = typer.Typer(
     help="Lease what nobody else may move meanwhile. Stops need no lease.", no_args_is_help=True

@@ -7,10 +7,9 @@ import typer
 
 from app import exits, words
 from app.client import LOCAL, Client, KeyFile, Url, going_on_after
-from app.completion import addresses
 from app.exits import Failure, Misuse
 from app.output import json_text
-from app.targets import find
+from app.targets import addresses, find
 
 if TYPE_CHECKING:
     from protocols.rorze.user_program.assembler import Assembled, ProgramFault

@@ -10,7 +10,7 @@ import typer
 from app import exits, http
 from app.client import ANSWER_S, LOCAL, STEP_S, Client, KeyFile, Url, why_not_reached
 from app.exits import Failure
-from app.progress import ProgressLine
+from app.output import ProgressLine
 
 _UNITS: Final = {"s": 1, "m": 60, "h": 3600}
 _SILENCE_S: Final = 30.0

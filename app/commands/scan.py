@@ -8,7 +8,7 @@ import typer
 from app import exits
 from app.client import LOCAL, STEP_S, Client, KeyFile, Url
 from app.exits import Failure
-from app.progress import ProgressLine
+from app.output import ProgressLine
 
 SCAN_S = 120.0
 """A scan of 120 body numbers is over sooner, however slow the line; so is one of a port."""

@@ -4,7 +4,7 @@ from typing import Annotated, Any, Literal
 
 import typer
 
-from app import completion, exits, words
+from app import exits, targets, words
 from app.client import LOCAL, Client, Json, KeyFile, Url, exit_of_stop
 from app.exits import Failure
 from app.output import json_text
@@ -21,7 +21,7 @@ def stop(
         list[str] | None,
         typer.Argument(
             help="Addresses or names: 3F, LINE.3F, 80, r1, lift. None: everything stops.",
-            autocompletion=completion.addresses,
+            autocompletion=targets.addresses,
         ),
     ] = None,
     mode: Annotated[StopMode, typer.Option(help=words.of("stopAll", "mode"))] = "decelerate",

@@ -9,8 +9,7 @@ from pydantic import Field, JsonValue
 
 from gateway.access import principal
 from gateway.config import Config
-from gateway.config_edit import changed
-from gateway.config_file import Changes, ConfigFile, changes
+from gateway.config_file import Changes, ConfigFile, changed, changes
 from gateway.core.errors import InvalidRequest, NotAllowed
 from gateway.core.operation import Rows
 from gateway.core.records import RequestModel, example

@@ -7,7 +7,7 @@ import pytest
 from typer.testing import CliRunner
 
 from app.cli import app
-from app.files import require_no_links
+from app.data_directory import require_no_links
 from gateway.access.keys import KeyFault, KeyStore
 from gateway.access.roles import Role
 from gateway.core.toml_files import ConfigError
@@ -65,7 +65,7 @@ def test_check_warns_of_owners(folder: Path, monkeypatch: pytest.MonkeyPatch) ->
         os.chown(file, stranger, -1)
     else:
         stranger = os.geteuid()
-        monkeypatch.setattr("app.files.os.geteuid", lambda: 4712)
+        monkeypatch.setattr("app.data_directory.os.geteuid", lambda: 4712)
     assert f"{file} belongs to user {stranger}, who may change it: chown it to root" in warnings(folder)
 
 

@@ -12,7 +12,7 @@ from commissioning.findings import Result
 from commissioning.report import Report
 from commissioning.run import commission
 from gateway.config import parse
-from gateway.config_edit import changed
+from gateway.config_file import changed
 from simulator.fics.dpram_port import SimulatedDpram, serve_dpram
 from tests.commissioning.benches import QUESTIONS, fics, result_of, unlike
 from tests.virtual_time import run_virtual

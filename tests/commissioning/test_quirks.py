@@ -10,7 +10,7 @@ import pytest
 from commissioning.assumptions import ASSUMPTIONS
 from commissioning.bench import Places
 from commissioning.findings import Result
-from gateway.config_edit import changed, diff
+from gateway.config_file import changed, diff
 from simulator.fics.line import SimulatedFics
 from simulator.fics.quirks import QUIRKS as FICS_QUIRKS
 from simulator.rorze.line import Rc400Line

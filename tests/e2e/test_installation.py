@@ -262,7 +262,7 @@ needs_systemd = pytest.mark.skipif(shutil.which("systemd-analyze") is None, reas
 
 
 @needs_systemd
-def test_systemd_understands_the_unit(unit: Path) -> None:
+def test_process_understands_the_unit(unit: Path) -> None:
     assert run("systemd-analyze", "verify", unit, cwd=unit.parent, PATH=os.environ["PATH"]) == ""
 
 

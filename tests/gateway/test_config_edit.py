@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from gateway.config_edit import changed, diff
+from gateway.config_file import changed, diff
 from gateway.core.toml_files import ConfigError
 
 INLINE = """\

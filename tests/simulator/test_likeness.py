@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from gateway.config_edit import changed
+from gateway.config_file import changed
 from simulator.fics.layout import Layout
 from simulator.fics.line import SimulatedFics
 from simulator.fics.line import build_line as build_fics

@@ -193,7 +193,7 @@ def test_who_breaks_the_wait_for_a_restore_off_is_told_that_it_goes_on(
 def test_the_progress_of_a_restore_counts_commands_where_there_are_any(
     file: Path, monkeypatch: pytest.MonkeyPatch, commands: int, words: str
 ) -> None:
-    monkeypatch.setattr("app.progress.QUIET_S", 0.0)
+    monkeypatch.setattr("app.output.QUIET_S", 0.0)
     running, over = record("running", phase="comparing", commands=commands), record("verified", [])
     answers: dict[str, list[Answer]] = {PATH: [(202, running)], "/bodies/arm.3F/restores/7": [(200, over)]}
     said = FakeGateway(answers).run(monkeypatch, "restore", "3F", str(file))

@@ -34,14 +34,14 @@ def unit(tmp_path: Path) -> Path:
 @pytest.mark.parametrize(
     "words", [("verify",), ("security", "--offline=true", f"--threshold={EXPOSED}", "--no-pager")]
 )
-def test_systemd_understands_the_unit_and_leaves_it_little(unit: Path, words: tuple[str, ...]) -> None:
+def test_process_understands_the_unit_and_leaves_it_little(unit: Path, words: tuple[str, ...]) -> None:
     command = ["systemd-analyze", *words, unit.name]
     done = subprocess.run(command, cwd=unit.parent, capture_output=True, text=True, check=False)  # noqa: S603
     assert done.returncode == 0, done.stdout + done.stderr
     assert words[0] != "verify" or done.stderr == ""
 
 
-def test_systemd_hears_of_begin_life_and_end(plant: Plant, broker: Broker, tmp_path: Path) -> None:
+def test_process_hears_of_begin_life_and_end(plant: Plant, broker: Broker, tmp_path: Path) -> None:
     more = ("root = 'service'", "client_id = 'service'")
     config = write_config(tmp_path, plant, broker, *more, commands=False)
     with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as manager:

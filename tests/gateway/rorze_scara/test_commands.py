@@ -2,7 +2,7 @@
 
 from typing import get_args
 
-from app.commands.move_requests import MoveKind
+from app.commands.moves import MoveKind
 from gateway.rorze_scara.record import ScaraMoveKind
 
 

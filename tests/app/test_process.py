@@ -1,15 +1,28 @@
 """Messages to the service manager: ready, ending, and signs of life, which only working lines give."""
 
 import asyncio
+import gc
 import itertools
 import os
+import resource
 import socket
+import weakref
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import Any
 
 import pytest
 
-from app.systemd import Watchdog, expect_long_start, notify, watchdog_wanted
+from app.process import (
+    KEPT_BACK,
+    THRESHOLDS,
+    Watchdog,
+    connections_possible,
+    expect_long_start,
+    notify,
+    short_collections,
+    watchdog_wanted,
+)
 from tests.fics_plants import fics_rig
 from tests.plants import Rig, in_virtual_time, rig
 
@@ -163,3 +176,113 @@ async def test_a_line_whose_work_has_ended_says_nothing_more() -> None:
 def test_the_time_of_the_unit_is_the_time_that_is_tested() -> None:
     unit = Path(__file__).parents[2] / "packaging" / "motion-gateway.service"
     assert f"WatchdogSec={WATCHDOG_S:.0f}" in unit.read_text("utf-8").splitlines()
+
+
+class Kept:
+    """Something that the collector looks through."""
+
+    other: "Kept"
+
+
+def test_what_survived_is_not_looked_through_again() -> None:
+    with short_collections():
+        kept = [[number] for number in range(50_000)]
+        gc.collect()
+        assert len(gc.get_objects()) < 1_000
+        assert len(kept) == 50_000
+
+
+def test_so_many_objects_are_looked_through_at_most_before_they_are_set_aside() -> None:
+    with short_collections():
+        kept: list[object] = []
+        longest = 0
+        for number in range(200_000):
+            kept.append([number])
+            if number % 100 == 0:
+                longest = max(longest, len(gc.get_objects()))
+        young, middle, old = THRESHOLDS
+        assert longest <= (young + 1) * (middle + 2) * (old + 2)
+
+
+def test_what_was_there_at_the_start_puts_no_collection_off() -> None:
+    full: list[int] = []
+
+    def note(phase: str, info: dict[str, Any]) -> None:
+        if phase == "start" and info["generation"] == 2:
+            full.append(len(kept))
+
+    at_the_start = [[number] for number in range(400_000)]
+    gc.collect()
+    kept: list[object] = []
+    with short_collections():
+        gc.callbacks.append(note)
+        kept += ([number] for number in range(50_000))
+        gc.callbacks.remove(note)
+    assert len(at_the_start) == 400_000
+    assert full[0] <= 25_000
+
+
+def test_what_was_set_aside_is_freed_when_it_is_dropped() -> None:
+    with short_collections():
+        kept = Kept()
+        gc.collect()
+        seen = weakref.ref(kept)
+        del kept
+        assert seen() is None
+
+
+def test_a_new_circle_is_collected() -> None:
+    with short_collections():
+        one, other = Kept(), Kept()
+        one.other, other.other = other, one
+        seen = weakref.ref(one)
+        del one, other
+        gc.collect()
+        assert seen() is None
+
+
+def test_afterwards_collections_are_as_before() -> None:
+    before, callbacks = gc.get_threshold(), list(gc.callbacks)
+    with short_collections():
+        assert gc.get_threshold() == THRESHOLDS
+    assert gc.get_threshold() == before
+    assert gc.callbacks == callbacks
+
+
+class Allowed:
+    """The operating system's limits, soft and hard."""
+
+    def __init__(self, soft: int, hard: int, monkeypatch: pytest.MonkeyPatch) -> None:
+        self.limits = (soft, hard)
+        monkeypatch.setattr(resource, "getrlimit", lambda _: self.limits)
+        monkeypatch.setattr(resource, "setrlimit", self._set)
+
+    def _set(self, _: int, limits: tuple[int, int]) -> None:
+        self.limits = limits
+
+
+def test_a_limit_that_can_be_raised_is_raised(monkeypatch: pytest.MonkeyPatch) -> None:
+    allowed = Allowed(256, 4096, monkeypatch)
+    assert connections_possible(1000) == 1000
+    assert allowed.limits == (1000 + KEPT_BACK, 4096)
+
+
+def test_a_limit_that_is_high_enough_is_left_alone(monkeypatch: pytest.MonkeyPatch) -> None:
+    allowed = Allowed(65_536, 65_536, monkeypatch)
+    assert connections_possible(1000) == 1000
+    assert allowed.limits == (65_536, 65_536)
+
+
+@pytest.mark.parametrize("soft", [resource.RLIM_INFINITY, 256])
+def test_without_a_hard_limit_everything_is_possible(soft: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    Allowed(soft, resource.RLIM_INFINITY, monkeypatch)
+    assert connections_possible(50_000) == 50_000
+
+
+def test_a_hard_limit_that_is_too_low_limits_connections_and_is_told(
+    monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    allowed = Allowed(256, 512, monkeypatch)
+    assert connections_possible(1000) == 512 - KEPT_BACK
+    assert allowed.limits == (512, 512)
+    assert "ulimit -n" in caplog.text
