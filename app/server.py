@@ -38,6 +38,7 @@ from gateway.core.journal.opening import OpenedJournal, longest_s, open_journal
 from gateway.core.leases import LeaseTokens
 from gateway.core.operation import Operation
 from gateway.core.origin import Origin, acting
+from gateway.core.parts import GATEWAY
 from gateway.core.toml_files import ConfigError
 from gateway.door import configuration
 from gateway.door.nightly import Nightly
@@ -47,7 +48,6 @@ from gateway.plant import Plant
 from gateway.security import entries
 from gateway.security.log import Keeping, SecurityLog
 from gateway.security.syslog import SyslogSender
-from gateway.wind_down import SUBJECT
 
 if TYPE_CHECKING:
     from fleet.member import Member
@@ -138,7 +138,7 @@ async def serve(
                 log.info("the journal and the keys are in %s", data)
                 log.info("running on %s", url)
                 special.welcome(url)
-                access.on_key = lambda what, key: plant.events.publish(f"gateway.key.{what}", SUBJECT, key)
+                access.on_key = lambda what, key: plant.events.publish(f"gateway.key.{what}", GATEWAY, key)
                 access.start()
                 nightly.start()
                 member = member_of(plant, url, access.certificate)
@@ -297,7 +297,7 @@ async def _reload(plant: Plant) -> None:
         log.info("SIGHUP: %s", found.model_dump_json())
     except GatewayError as error:
         log.error("SIGHUP: the configuration stays as it was: %s", error.detail)  # noqa: TRY400  # it says all
-        plant.events.publish("gateway.reload_failed", SUBJECT, {"reason": error.detail})
+        plant.events.publish("gateway.reload_failed", GATEWAY, {"reason": error.detail})
     finally:
         notify("READY=1")
 

@@ -41,12 +41,12 @@ from gateway.access.principal import EVERYBODY, Principal, asking
 from gateway.core.errors import GatewayError
 from gateway.core.events import GAP, SNAPSHOT, Event
 from gateway.core.origin import Origin, acting, current
+from gateway.core.parts import GATEWAY
 from gateway.door import stopping
 from gateway.door.results import told
 from gateway.membership import Membership, PlantOfGateways
 from gateway.plant import Plant
 from gateway.version import VERSION
-from gateway.wind_down import SUBJECT
 
 log = logging.getLogger(__name__)
 
@@ -134,14 +134,14 @@ class Member:
         if now - self._troubled_since >= lasts_s and self._membership.trouble is None:
             self._membership.trouble = why
             log.warning("the servers of the plant do not take events: %s", why)
-            self._plant.events.publish("plant.unreachable", SUBJECT, {"reason": why})
+            self._plant.events.publish("plant.unreachable", GATEWAY, {"reason": why})
 
     def _note_success(self) -> None:
         self._troubled_since = None
         if self._membership.trouble is not None:
             self._membership.trouble = None
             log.info("the servers of the plant take events again")
-            self._plant.events.publish("plant.reached", SUBJECT, {})
+            self._plant.events.publish("plant.reached", GATEWAY, {})
 
     async def _belong(self) -> None:
         """Be a member for as long as one connection lasts.

@@ -10,7 +10,6 @@ from gateway.access.keys import KeyInfo
 from gateway.config_file import Changes
 from gateway.core.event_types import (
     CORE,
-    GATEWAY,
     LINE,
     SIGNALS,
     EventData,
@@ -20,6 +19,7 @@ from gateway.core.event_types import (
     news_types,
     table_of,
 )
+from gateway.core.parts import GATEWAY
 from gateway.families import FAMILIES, registered
 from gateway.port_scans import PortScan
 from gateway.recordings import RecordingInfo

@@ -6,11 +6,11 @@ from pathlib import Path
 from typing import Final
 
 from gateway.core.family import Extension, Family, Registered, Site
-from gateway.fics.family import Fics
-from gateway.rorze.family import Rorze
 
-FAMILIES: Final[dict[str, type[Family]]] = {"rorze": Rorze, "fics": Fics}
-"""A family of another maker is one more entry; a line that names no protocol is of the first."""
+FAMILIES: Final[dict[str, type[Family]]] = {
+    name: import_module(f"gateway.{name}.family").FAMILY for name in ("rorze", "fics")
+}
+"""A family of another maker is one more package; a line that names no protocol is of the first."""
 
 EXTENSIONS: Final[Sequence[type[Extension]]] = [
     import_module(f"gateway.{file.parent.name}.extension").EXTENSION

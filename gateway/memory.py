@@ -20,9 +20,9 @@ from gateway.core.journal.writes import Write
 from gateway.core.known import FactStore
 from gateway.core.move_record import MoveRecord, MoveStatus
 from gateway.core.origin import go_on_after
+from gateway.core.parts import GATEWAY
 from gateway.core.works import Dated, DurableJobs
 from gateway.families import registered
-from gateway.wind_down import SUBJECT
 
 log = logging.getLogger(__name__)
 
@@ -124,13 +124,13 @@ class Persistence:
         if why is None:
             for alarm in self._alarms.standing():  # what was raised meanwhile was not written
                 self._keep_alarm(alarm)
-            self._events.publish("gateway.journal.recovered", SUBJECT, {})
+            self._events.publish("gateway.journal.recovered", GATEWAY, {})
         else:
-            self._events.publish("gateway.journal.trouble", SUBJECT, {"reason": why})
+            self._events.publish("gateway.journal.trouble", GATEWAY, {"reason": why})
 
     def _tell_of_the_past(self, records: list[dict[str, Any]]) -> None:
         if self._set_aside is not None:
-            self._events.publish("gateway.journal.set_aside", SUBJECT, {"file": str(self._set_aside)})
+            self._events.publish("gateway.journal.set_aside", GATEWAY, {"file": str(self._set_aside)})
         if self.journal.trouble is not None:
             self._tell_of_trouble(self.journal.trouble)
         if self._past.was_clean:
@@ -146,7 +146,7 @@ class Persistence:
             ),
         }
         log.error("the last life of the gateway did not end as it should; its alarm tells what was under way")
-        self._events.publish("gateway.crashed", SUBJECT, told)
+        self._events.publish("gateway.crashed", GATEWAY, told)
 
 
 def _written(move: MoveRecord) -> Write:

@@ -13,7 +13,6 @@ from typing import Any, Final
 
 from gateway.core.errors import NotSent
 from gateway.core.whole_files import write_whole
-from gateway.membership import Membership
 
 log = logging.getLogger(__name__)
 
@@ -159,12 +158,3 @@ class Ownership:
         if self._path is None:
             return
         write_whole(self._path, json.dumps({line: asdict(owner) for line, owner in self._owners.items()}))
-
-
-@dataclass(frozen=True)
-class Peers:
-    """Other gateways of the plant: which of them has which line, and how this one belongs to them."""
-
-    ownership: Ownership
-    membership: Membership | None
-    """This gateway as a member of a plant; None without one."""

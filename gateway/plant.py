@@ -4,16 +4,13 @@ import asyncio
 import logging
 import random
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from contextlib import suppress
 from dataclasses import asdict, dataclass, field
 from functools import partial
 from pathlib import Path
 from typing import Any, TypeVar, cast
 
 from gateway import logbook
-from gateway.access.credentials import Credentials
-from gateway.access.grants import Sessions
-from gateway.access.territory import Territory
+from gateway.access.territory import PlantAccess, Territory
 from gateway.causes import CONFIGURED_ANEW, LINE_DOWN, UNUSABLE, causes_of
 from gateway.commissionings import Commissioning, Commissionings
 from gateway.config import Config
@@ -37,7 +34,7 @@ from gateway.core.move_log import MoveLog
 from gateway.core.move_record import MoveRecord
 from gateway.core.names import Names
 from gateway.core.origin import POLL, Origin, acting
-from gateway.core.parts import Part
+from gateway.core.parts import GATEWAY, Part
 from gateway.core.supervisor import Observers, do_each, do_in_turn, insist, supervise, twice
 from gateway.core.targets import Target
 from gateway.core.works import DurableJobs, Jobs
@@ -45,13 +42,13 @@ from gateway.families import Packages
 from gateway.figures import Figures
 from gateway.membership import Membership
 from gateway.memory import Persistence
-from gateway.ownership import LOST, Ownership, Peers
+from gateway.ownership import LOST, Ownership
 from gateway.port_scans import PortScans
 from gateway.recordings import REQUESTS_BYTES, STATES_BYTES, Noted, RecordedSpan, RecordingInfo, Recordings
 from gateway.security import entries
 from gateway.security.log import Burst, SecurityLog
 from gateway.snapshot import taking
-from gateway.wind_down import SUBJECT, WindDown
+from gateway.wind_down import WindDown
 from protocols.wording import as_given
 from transports import Transport, create
 from transports.recorder import History, Recorded, Recorder
@@ -66,17 +63,13 @@ OF_ALARMS = ""
 F = TypeVar("F", bound=Registered)
 
 
-@dataclass(slots=True)
-class PlantAccess:
-    """All that decides who may do what, and where it is noted."""
+@dataclass(frozen=True)
+class Peers:
+    """Other gateways of the plant: which of them has which line, and how this one belongs to them."""
 
-    security: SecurityLog
-    leases: Leases
-    territory: Territory
-    credentials: Credentials = field(default_factory=Credentials)
-    """Credentials of callers; the server replaces them by its own."""
-    sessions: Sessions = field(default_factory=Sessions)
-    """Sessions of browsers that have signed in."""
+    ownership: Ownership
+    membership: Membership | None
+    """This gateway as a member of a plant; None without one."""
 
 
 @dataclass(slots=True)
@@ -158,6 +151,7 @@ class Plant:
             security or SecurityLog(),
             Leases(config.access.lease_mode, lease_tokens or LeaseTokens()),
             Territory(self.served.ports, registered),
+            self.peers.ownership,
         )
         self._hear_of_access()
         self.events.take_snapshot = taking(registered, self.served.ports)
@@ -307,7 +301,7 @@ class Plant:
                     self.served.ports[line_id] = self.served.ports.pop(line_id)
                 insist(what, self.access.territory.forget)
                 self.served.on_change()
-            do_each(what, partial(self.events.publish, "gateway.reloaded", SUBJECT, found))
+            do_each(what, partial(self.events.publish, "gateway.reloaded", GATEWAY, found))
 
     def _add(self, line: tables.LineTable) -> None:
         twice(f"the building of line {line.id}", self._build, line)
@@ -457,12 +451,12 @@ class Plant:
 
     def _security_trouble(self, why: str | None) -> None:
         if why is None:
-            self.events.publish("gateway.security.recovered", SUBJECT, {})
+            self.events.publish("gateway.security.recovered", GATEWAY, {})
         else:
-            self.events.publish("gateway.security.trouble", SUBJECT, {"reason": why})
+            self.events.publish("gateway.security.trouble", GATEWAY, {"reason": why})
 
     def _refusals_burst(self, burst: Burst) -> None:
-        self.events.publish("gateway.refusals.burst", SUBJECT, asdict(burst))
+        self.events.publish("gateway.refusals.burst", GATEWAY, asdict(burst))
 
     def _positions_named(self, address: str, names: Mapping[int, str]) -> None:
         told = {str(number): name for number, name in names.items()}
@@ -486,7 +480,7 @@ class Plant:
             "; what waited is cancelled, and all lines are fenced" if suspended else "",
         )
         what, told = "the time after a suspension", {"seconds": round(seconds, 3), "cancelled": suspended}
-        tell = partial(self.events.publish, "gateway.loop.held", SUBJECT, told)
+        tell = partial(self.events.publish, "gateway.loop.held", GATEWAY, told)
         if not suspended:
             tell()
             return
@@ -538,7 +532,7 @@ class Plant:
         return recordings
 
     def _publish_recording(self, record: RecordingInfo) -> None:
-        self.events.publish(f"gateway.recording.{record.status}", SUBJECT, record, correlation=record.id)
+        self.events.publish(f"gateway.recording.{record.status}", GATEWAY, record, correlation=record.id)
 
     def _recorded_configuration(self, lines: Sequence[str]) -> dict[str, Any]:
         """Configuration for a replay: the lines and the parts on them, without keys, hosts or files."""
@@ -619,18 +613,6 @@ class Plant:
                 return package.target(collection, names)
         raise NotFound(f"There is no {as_given(path)}; nothing was sent.")
 
-    def named(self, address: str) -> Target:
-        """Find what an address names, in whatever collection it stands.
-
-        :raises NotFound: there is no such thing.
-        :raises Ambiguous: it fits several lines.
-        """
-        for package in self.packages.registered:
-            for collection in package.collections:
-                with suppress(NotFound):
-                    return package.target(collection, address.split("/"))
-        raise NotFound(f"There is nothing of the address {as_given(address)}; nothing was sent.")
-
     def require_unlatched(self, address: str) -> None:
         """Refuse to move what alarms keep from moving, where the configuration lets them.
 
@@ -644,7 +626,7 @@ class Plant:
         if not self.config.server.latch:
             return None
         parts = self.access.territory.parts(address)
-        return self.alarms.latched([SUBJECT.removeprefix("/"), *(part.address for part in parts)])
+        return self.alarms.latched([GATEWAY.removeprefix("/"), *(part.address for part in parts)])
 
     def _latch(self, line: AnyLine) -> Guard[Any]:
         """Make the guard of a line's gate: an alarm may have come while a motion waited for its turn."""

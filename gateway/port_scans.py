@@ -12,6 +12,7 @@ from typing import Final, Literal
 from pydantic import Field, JsonValue
 
 from gateway.config import Config, Server
+from gateway.core import parts
 from gateway.core.errors import BodyBusy, InvalidRequest
 from gateway.core.events import EventHub
 from gateway.core.records import Record
@@ -19,7 +20,6 @@ from gateway.core.supervisor import insist_after
 from gateway.core.works import Jobs
 from gateway.found import Found
 from gateway.search import addresses_of, search, serial_devices
-from gateway.wind_down import SUBJECT
 from transports import Transport
 from transports.addresses import Address
 
@@ -140,7 +140,7 @@ class PortScans(Jobs[PortScan]):
         scan.status, scan.error = ("finished", None) if done else ("failed", BROKEN_OFF)
         scan.found, scan.doing = self._tables(found), []
         scan.ended_at = datetime.now(UTC)
-        self._events.publish(f"gateway.scan.{scan.status}", SUBJECT, scan.model_dump(mode="json"))
+        self._events.publish(f"gateway.scan.{scan.status}", parts.GATEWAY, scan.model_dump(mode="json"))
 
     def _tables(self, found: Sequence[Found]) -> list[FoundPort]:
         config = self._config()

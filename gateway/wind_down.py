@@ -11,6 +11,7 @@ from gateway.core.admission import Admission
 from gateway.core.errors import GatewayEnding
 from gateway.core.family import AnyLine, Registered, Site
 from gateway.core.origin import Origin, acting
+from gateway.core.parts import GATEWAY
 from gateway.core.supervisor import do_in_turn, insist, supervise, supervised
 
 log = logging.getLogger(__name__)
@@ -20,7 +21,6 @@ WIND_DOWN_S = 3.0
 HURRY_S = 0.3
 """Seconds for the end in a hurry: a stop that was asked for has been written by then."""
 
-SUBJECT = "/gateway"
 WHAT = "the end of the gateway"
 
 
@@ -57,7 +57,7 @@ class WindDown:
             self._limit.reschedule(asyncio.get_running_loop().time() + HURRY_S)
 
     async def _wind_down(self) -> None:
-        tell = partial(self._events.publish, "gateway.shutting_down", SUBJECT, {"on_exit": self._on_exit})
+        tell = partial(self._events.publish, "gateway.shutting_down", GATEWAY, {"on_exit": self._on_exit})
         revoking = (partial(line.revoke, GatewayEnding) for line in self._lines)
         ending = (partial(self._end_motion, package) for package in self._registered)
         insist(WHAT, self._admission.end, tell, *revoking, *ending)

@@ -118,6 +118,11 @@ def as_given(name: str) -> str:
     return name if _PLAIN.fullmatch(name) else str(shown(name))
 
 
+def joined(*words: str) -> str:
+    """Join words as a sentence does."""
+    return f"{', '.join(words[:-1])} and {words[-1]}"
+
+
 def unknown(name: str, known: Collection[str], listed: Collection[str] | None = None) -> str:
     """Say which name an unknown one was meant to be, or which names there are: of very many, `listed`."""
     similar = get_close_matches(name, known, n=1, cutoff=_SIMILAR) or _another_number(name, known)

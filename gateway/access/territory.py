@@ -1,19 +1,43 @@
-"""The scopes of a plant, and the one check of rights that all front ends share."""
+"""The scopes of a plant, the one check of rights that all front ends share, and what decides besides."""
 
 from collections.abc import Collection, Container, Iterable, Sequence
-from typing import Final
+from contextlib import suppress
+from dataclasses import dataclass, field
+from typing import ClassVar, Final, Protocol
 
+from gateway.access.credentials import Credentials
 from gateway.access.errors import NotPermitted
+from gateway.access.grants import Sessions
 from gateway.access.principal import Principal
 from gateway.access.roles import RIGHTS_OF
 from gateway.core.addresses import fits
-from gateway.core.errors import Ambiguous
-from gateway.core.family import Registered
+from gateway.core.errors import Ambiguous, NotFound
+from gateway.core.leases import Leases
 from gateway.core.parts import Part
 from gateway.core.rights import Right
+from gateway.core.targets import Target
+from gateway.ownership import Ownership
+from gateway.security.log import SecurityLog
+from protocols.wording import as_given
 
 MOST_KNOWN: Final = 10_000
 """Addresses, in each spelling of upper and lower case, that are remembered with what they mean."""
+
+
+class Placed(Protocol):
+    """A package, as far as it finds what stands in its collections."""
+
+    collections: ClassVar[Sequence[str]]
+    """The resources that its targets are among."""
+
+    def target(self, collection: str, names: Sequence[str], /) -> Target:
+        """Find what commands are addressed to."""
+
+    def parts(self, address: str, /) -> Sequence[Part]:
+        """Find the parts that an address means now."""
+
+    def parts_in_scope(self, name: str, /) -> Sequence[Part]:
+        """Find the parts that a name in a scope covers."""
 
 
 class Territory:
@@ -23,8 +47,9 @@ class Territory:
     covers the members that the configuration gives it.
     """
 
-    def __init__(self, lines: Container[str], registered: Collection[Registered]) -> None:
-        self._lines, self._registered = lines, registered
+    def __init__(self, lines: Container[str], registered: Collection[Placed]) -> None:
+        self.lines, self._registered = lines, registered
+        """Lines by their ids, and what may stand on them."""
         self._covered: dict[frozenset[str], frozenset[str]] = {}
         self._single: dict[str, Sequence[Part]] = {}
         """Parts of addresses that mean one part; groups are looked up anew, since their members change."""
@@ -33,6 +58,11 @@ class Territory:
         """Read anew what addresses mean: other things are configured now."""
         self._covered.clear()
         self._single.clear()
+
+    @property
+    def collections(self) -> Sequence[str]:
+        """The resources of what is on lines."""
+        return [f"/{name}" for kind in self._registered for name in kind.collections]
 
     def require(self, principal: Principal, right: Right, *addresses: str) -> None:
         """Refuse a caller who lacks the right on any of these addresses; no address means the whole plant.
@@ -90,9 +120,21 @@ class Territory:
                 return False
         return True
 
+    def named(self, address: str) -> Target:
+        """Find what an address names, in whatever collection it stands.
+
+        :raises NotFound: there is no such thing.
+        :raises Ambiguous: it fits several lines.
+        """
+        for kind in self._registered:
+            for collection in kind.collections:
+                with suppress(NotFound):
+                    return kind.target(collection, address.split("/"))
+        raise NotFound(f"There is nothing of the address {as_given(address)}; nothing was sent.")
+
     def _meant_by(self, name: str) -> Iterable[str]:
         """The addresses that a name in a scope covers: none, if it fits nothing or several lines."""
-        if name in self._lines:
+        if name in self.lines:
             return [name]
         return [part.address for kind in self._registered for part in kind.parts_in_scope(name)]
 
@@ -104,10 +146,24 @@ class Territory:
         known = self._single.get(address)
         if known is not None:
             return known
-        if address in self._lines:
+        if address in self.lines:
             return [Part(address, address)]
         parts = [part for kind in self._registered for part in kind.parts(address)]
         own = address.partition("/")[0]
         if len(parts) == 1 and fits(own, parts[0].address) and len(self._single) < MOST_KNOWN:
             self._single[address] = parts
         return parts
+
+
+@dataclass(slots=True)
+class PlantAccess:
+    """All that decides who may do what, and where it is noted."""
+
+    security: SecurityLog
+    leases: Leases
+    territory: Territory
+    ownership: Ownership
+    credentials: Credentials = field(default_factory=Credentials)
+    """Credentials of callers; the server replaces them by its own."""
+    sessions: Sessions = field(default_factory=Sessions)
+    """Sessions of browsers that have signed in."""

@@ -13,6 +13,7 @@ from pydantic import BaseModel, ConfigDict, Field
 from gateway.core.alarms import Alarm
 from gateway.core.backup_record import Backup, BackupComparison
 from gateway.core.leases import Lease
+from gateway.core.parts import GATEWAY
 
 
 class EventData(BaseModel):
@@ -198,7 +199,6 @@ LINES = (
 
 # the gateway and its stream
 
-GATEWAY = "/gateway"
 EVENTS = "/events"
 
 

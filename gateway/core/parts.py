@@ -4,7 +4,10 @@ The command line needs it, and loads nothing else for it.
 """
 
 import re
-from typing import NamedTuple
+from typing import Final, NamedTuple
+
+GATEWAY: Final = "/gateway"
+"""The subject of what is about no part, but the gateway itself."""
 
 
 class Part(NamedTuple):

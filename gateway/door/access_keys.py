@@ -18,14 +18,15 @@ from gateway.access.keys import (
 )
 from gateway.access.principal import current
 from gateway.access.roles import Role
+from gateway.access.territory import PlantAccess
 from gateway.core.errors import InvalidRequest, NotAllowed, NotFound, NotSent
+from gateway.core.events import EventHub
 from gateway.core.operation import Rows
+from gateway.core.parts import GATEWAY
 from gateway.core.records import AnswerModel, RequestModel, example
 from gateway.core.rights import Right
 from gateway.core.targets import Opened
-from gateway.plant import Plant
 from gateway.security import entries
-from gateway.wind_down import SUBJECT
 from protocols.wording import as_given
 
 ROWS: Final = Rows("access keys")
@@ -81,9 +82,9 @@ class KeyList(AnswerModel):
 
 
 @ROWS.get("/access/keys", Right.ADMIN)
-async def list_keys(plant: Plant) -> KeyList:
+async def list_keys(access: PlantAccess) -> KeyList:
     """List the keys, without what is secret of them."""
-    keys = _managed(plant)
+    keys = _managed(access)
     try:
         return KeyList(keys=await asyncio.to_thread(keys.infos))
     except KeyFault as fault:
@@ -91,9 +92,9 @@ async def list_keys(plant: Plant) -> KeyList:
 
 
 @ROWS.post("/access/keys", Right.ADMIN, result=MadeKey, opens=True)
-async def make_key(plant: Plant, new: NewKey) -> Opened:
+async def make_key(access: PlantAccess, events: EventHub, new: NewKey) -> Opened:
     """Make a key and tell it once. The header Idempotency-Key is refused: it would store the secret."""
-    keys = _managed(plant)
+    keys = _managed(access)
     by = current().name
     try:
         lasts_s = keys.policy().lifetime_s if new.expires_s is None else new.expires_s
@@ -103,15 +104,15 @@ async def make_key(plant: Plant, new: NewKey) -> Opened:
     except KeyFault as fault:
         raise InvalidRequest(f"{fault} No key was made.") from None
     made = await _told(keys, new.name)
-    plant.events.publish("gateway.key.made", SUBJECT, made)
-    await plant.access.security.keep(entries.KEY_MADE, new.name, **_of(made), expires_at=_ending(made))
+    events.publish("gateway.key.made", GATEWAY, made)
+    await access.security.keep(entries.KEY_MADE, new.name, **_of(made), expires_at=_ending(made))
     return _shown(key, made)
 
 
 @ROWS.post("/access/keys/{name}/rotate", Right.ADMIN, whole_plant=True, result=MadeKey, opens=True)
-async def rotate_key(plant: Plant, name: KeyName, rotation: Rotation) -> Opened:
+async def rotate_key(access: PlantAccess, events: EventHub, name: KeyName, rotation: Rotation) -> Opened:
     """Make a new key in the place of a good one and tell it once; the old one is good for the overlap yet."""
-    keys, overlap_s = _managed(plant), rotation.overlap_s
+    keys, overlap_s = _managed(access), rotation.overlap_s
     await _require(keys, name, "good")
     try:
         key = await asyncio.to_thread(partial(keys.rotate, name, overlap_s, by=current().name))
@@ -120,16 +121,16 @@ async def rotate_key(plant: Plant, name: KeyName, rotation: Rotation) -> Opened:
     except KeyFault as fault:
         raise NotAllowed(f"{fault} No key was made.") from None
     rotated = await _told(keys, name)
-    plant.events.publish("gateway.key.rotated", SUBJECT, rotated)
+    events.publish("gateway.key.rotated", GATEWAY, rotated)
     changed = {**_of(rotated), "expires_at": _ending(rotated), "overlap": f"{overlap_s:g} s"}
-    await plant.access.security.keep(entries.KEY_CHANGED, name, **changed)
+    await access.security.keep(entries.KEY_CHANGED, name, **changed)
     return _shown(key, rotated)
 
 
 @ROWS.post("/access/keys/{name}/approve", Right.ADMIN, whole_plant=True)
-async def approve_key(plant: Plant, name: KeyName) -> KeyInfo:
+async def approve_key(access: PlantAccess, events: EventHub, name: KeyName) -> KeyInfo:
     """Approve a key of an admin that another admin has made (`access.four_eyes`)."""
-    keys = _managed(plant)
+    keys = _managed(access)
     await _require(keys, name, "waiting")
     try:
         await asyncio.to_thread(keys.approve, name, current().name)
@@ -138,17 +139,15 @@ async def approve_key(plant: Plant, name: KeyName) -> KeyInfo:
     except KeyFault as fault:
         raise NotAllowed(f"{fault} It was not approved.") from None
     approved = await _told(keys, name)
-    plant.events.publish("gateway.key.approved", SUBJECT, approved)
-    await plant.access.security.keep(
-        entries.KEY_APPROVED, name, **_of(approved), expires_at=_ending(approved)
-    )
+    events.publish("gateway.key.approved", GATEWAY, approved)
+    await access.security.keep(entries.KEY_APPROVED, name, **_of(approved), expires_at=_ending(approved))
     return approved
 
 
 @ROWS.delete("/access/keys/{name}", Right.ADMIN, whole_plant=True)
-async def revoke_key(plant: Plant, name: KeyName) -> KeyInfo:
+async def revoke_key(access: PlantAccess, events: EventHub, name: KeyName) -> KeyInfo:
     """Revoke a key: its next request is refused, and its event streams end within 5 s."""
-    keys = _managed(plant)
+    keys = _managed(access)
     if name == current().name:
         raise NotAllowed(
             f"You have signed in with {name}; it was not revoked.", "Revoke it with another key of an admin."
@@ -160,8 +159,8 @@ async def revoke_key(plant: Plant, name: KeyName) -> KeyInfo:
     except KeyFault as fault:
         raise NotFound(str(fault)) from None
     revoked = await _told(keys, name)
-    plant.events.publish("gateway.key.revoked", SUBJECT, revoked)
-    await plant.access.security.keep(entries.KEY_REVOKED, name, **_of(revoked))
+    events.publish("gateway.key.revoked", GATEWAY, revoked)
+    await access.security.keep(entries.KEY_REVOKED, name, **_of(revoked))
     return revoked
 
 
@@ -183,9 +182,9 @@ async def _require(keys: KeyStore, name: str, state: State) -> None:
         raise NotFound(f"There is no {state} key {as_given(name)}; nothing was changed.")
 
 
-def _managed(plant: Plant) -> KeyStore:
+def _managed(access: PlantAccess) -> KeyStore:
     """The store of keys, where the gateway asks for keys."""
-    store = plant.access.credentials.keys
+    store = access.credentials.keys
     if store is None:
         raise NotAllowed(
             "This gateway lets everybody in (access.mode is open), so nobody manages keys over HTTP; "
@@ -218,24 +217,24 @@ class SessionList(AnswerModel):
 
 
 @SESSIONS.get("/access/sessions", Right.ADMIN)
-async def list_sessions(plant: Plant) -> SessionList:
+async def list_sessions(access: PlantAccess) -> SessionList:
     """List the sessions of browsers: the key, the address, and the time of the last use."""
-    return SessionList(sessions=list(plant.access.sessions.all()))
+    return SessionList(sessions=list(access.sessions.all()))
 
 
 @SESSIONS.delete("/access/sessions/{session_id}", Right.ADMIN, whole_plant=True)
-async def end_session(plant: Plant, session_id: SessionId) -> SessionInfo:
+async def end_session(access: PlantAccess, session_id: SessionId) -> SessionInfo:
     """End a session: its next request is refused, and its event streams end within 5 s."""
-    for ended in plant.access.sessions.end_by(id=session_id):
+    for ended in access.sessions.end_by(id=session_id):
         return ended
     raise NotFound(f"There is no session {as_given(session_id)}, or it has ended.")
 
 
 @SESSIONS.delete("/access/sessions", Right.ADMIN)
 async def end_sessions(
-    plant: Plant,
+    access: PlantAccess,
     *,
     key: Annotated[str, Field(min_length=1, max_length=256, description="The name of a key.")],
 ) -> SessionList:
     """End all sessions of a key, which stays good, and list them."""
-    return SessionList(sessions=list(plant.access.sessions.end_by(name=key)))
+    return SessionList(sessions=list(access.sessions.end_by(name=key)))

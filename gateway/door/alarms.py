@@ -9,8 +9,8 @@ from pydantic import Field
 from gateway.access import principal
 from gateway.core.alarm_boxes import boxed
 from gateway.core.alarms import Alarm
-from gateway.core.event_types import GATEWAY
 from gateway.core.operation import Rows
+from gateway.core.parts import GATEWAY
 from gateway.core.records import AnswerModel
 from gateway.core.rights import Right
 from gateway.door.caller import require, sees
@@ -45,14 +45,14 @@ async def list_alarms(
 async def get_alarm(plant: Plant, alarm_id: str) -> Alarm:
     """Get an alarm."""
     found = plant.alarms.get(alarm_id)
-    require(plant, Right.VIEW, *_addresses_of(found))
+    require(plant.access, Right.VIEW, *_addresses_of(found))
     return found
 
 
 @ROWS.post("/alarms/{alarm_id}/reset", Right.OPERATE, any_scope=True, leased=False)
 async def reset_alarm(plant: Plant, alarm_id: str) -> Alarm:
     """Reset an alarm, once its cause is over. Nothing moves, and nothing is sent."""
-    require(plant, Right.OPERATE, *_addresses_of(plant.alarms.get(alarm_id)), leased=False)
+    require(plant.access, Right.OPERATE, *_addresses_of(plant.alarms.get(alarm_id)), leased=False)
     alarm = plant.alarms.reset(alarm_id)
     plant.access.security.note(entries.ALARM_RESET, alarm.subject, alarm=alarm.id, cause=alarm.cause)
     return alarm
@@ -78,7 +78,9 @@ def _line_of(plant: Plant, subject: str) -> str | None:
 
 def _is_seen(plant: Plant, alarm: Alarm) -> bool:
     """Keys with a scope see what it covers; what is about the gateway is about the whole plant."""
-    return principal.current().scope is None or any(sees(plant, address) for address in _addresses_of(alarm))
+    return principal.current().scope is None or any(
+        sees(plant.access, address) for address in _addresses_of(alarm)
+    )
 
 
 def _addresses_of(alarm: Alarm) -> list[str]:

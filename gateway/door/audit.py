@@ -98,7 +98,7 @@ async def deeds(plant: Plant, wanted: AuditFilter, limit: int) -> Sequence[Deed]
     :raises NotFound: there is no journal.
     :raises JournalUnavailable: it cannot be read.
     """
-    require(plant, Right.VIEW, *([] if wanted.target is None else [wanted.target]))
+    require(plant.access, Right.VIEW, *([] if wanted.target is None else [wanted.target]))
     if plant.journal is None:
         raise NotFound("This gateway has no journal, so nobody knows who did what.")
     condition, values = replace(wanted, target=address_of(plant, wanted.target)).condition()
@@ -121,7 +121,7 @@ def read_beside(journal: Journal, sql: str, values: Sequence[Value]) -> list[tup
 def address_of(plant: Plant, given: str | None) -> str | None:
     """The whole address of what was named shortly; a line, or what there is no more, stays as it is."""
     with suppress(NotFound):
-        return given and plant.named(given).address
+        return given and plant.access.territory.named(given).address
     return given
 
 

@@ -9,7 +9,9 @@ from typing import Any, Final, NamedTuple
 from pydantic_core import to_json
 
 from gateway.access import principal
+from gateway.access.territory import PlantAccess
 from gateway.core.aside import aside
+from gateway.core.events import EventHub
 from gateway.core.family import Registered
 from gateway.core.operation import EXPECTS, KEYED, Expectation, Operation, names_in
 from gateway.core.origin import ORIGIN
@@ -113,7 +115,7 @@ def _admit(plant: Plant, operation: Operation, values: Mapping[str, Any], *, lea
     elif operation.right is not Right.OPEN:
         named = _named(operation, values)
         require(
-            plant,
+            plant.access,
             operation.right,
             *named,
             leased=leased and operation.leased and not _only_asks(operation, values),
@@ -177,12 +179,21 @@ def _way_of(operation: Operation) -> _Way:
     )
 
 
+_PARTS: Final[Mapping[type, Callable[[Plant], Any]]] = {
+    Plant: lambda plant: plant,
+    PlantAccess: lambda plant: plant.access,
+    EventHub: lambda plant: plant.events,
+}
+"""Parts of the plant that an operation may take alone, so that it is read with few files."""
+
+
 def _finder(kind: type, path: str, ids: list[str]) -> Finder:
     if kind is Target:
         about = path[: path.index("}", path.index(f"{{{ids[-1]}}}")) + 1]
         return lambda plant, values: plant.target(about.format(**values))
-    if kind is Plant:
-        return lambda plant, _: plant
+    if kind in _PARTS:
+        part = _PARTS[kind]
+        return lambda plant, _: part(plant)
     if issubclass(kind, Registered):
         return lambda plant, _: plant.family(kind)
     for owner in registered():

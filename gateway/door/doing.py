@@ -28,7 +28,7 @@ async def do(
     :raises NotPermitted: the caller has it not; nothing was sent.
     :raises LeaseRefused: another caller has a lease there; nothing was sent.
     """
-    require(plant, RIGHT_OF[command.effect], target)
+    require(plant.access, RIGHT_OF[command.effect], target)
     return await do_admitted(plant, target, command, wait_s, start_within_s)
 
 

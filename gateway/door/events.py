@@ -12,10 +12,10 @@ from gateway.core.errors import InvalidRequest
 from gateway.core.events import FASTEST_HZ, SLOWEST_HZ, Event, SlowConsumer, Subscription, Writer
 from gateway.core.operation import Rows, Written
 from gateway.door.event_models import EventList
-from gateway.door.names import CALLED, COLLECTIONS, listed
+from gateway.door.names import CALLED, COLLECTIONS
 from gateway.event_types import EVENT_TYPES
 from gateway.plant import Plant
-from protocols.wording import shown, unknown
+from protocols.wording import joined, shown, unknown
 
 __all__ = [
     "FASTEST_HZ",
@@ -42,7 +42,7 @@ After = Annotated[str | None, Field(description="Only events after this cursor."
 Bodies = Annotated[
     str | None,
     Field(
-        description=f"Only events of these {listed(*CALLED)}: addresses joined by "
+        description=f"Only events of these {joined(*CALLED)}: addresses joined by "
         "commas, such as 3F,arm.02,wafer,r1,r2/units/1. A robot's address means its units too."
     ),
 ]

@@ -39,7 +39,7 @@ class LineList(TypedDict):
 @ROWS.get("/lines", any_scope=True)
 async def list_lines(plant: Plant) -> LineList:
     """List all lines."""
-    return {"lines": [plant.info(line_id) for line_id in plant.ports() if sees(plant, line_id)]}
+    return {"lines": [plant.info(line_id) for line_id in plant.ports() if sees(plant.access, line_id)]}
 
 
 @ROWS.get("/lines/{line_id}", result=AnyLineInfo)

@@ -18,8 +18,3 @@ COLLECTIONS: Final = tuple(f"/{name}" for kind in registered() for name in kind.
 """The resources of what is on lines."""
 CALLED: Final = tuple(name for kind in registered() for name in kind.called or kind.collections)
 """Names of the kinds as people call them."""
-
-
-def listed(*names: str) -> str:
-    """Join words as a sentence does."""
-    return f"{', '.join(names[:-1])} and {names[-1]}"

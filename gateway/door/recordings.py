@@ -47,11 +47,11 @@ async def start_recording(plant: Plant, wanted: RecordingRequest, *, wait: Wait 
 
     Nothing is sent to a controller. Keys record the lines in their scopes.
     """
-    seen = [line_id for line_id in plant.ports() if sees(plant, line_id)]
+    seen = [line_id for line_id in plant.ports() if sees(plant.access, line_id)]
     lines = seen if wanted.lines is None else wanted.lines
     for line_id in lines:
         plant.port(line_id)
-    require(plant, Right.VIEW, *(() if len(lines) == len(plant.ports()) else lines))
+    require(plant.access, Right.VIEW, *(() if len(lines) == len(plant.ports()) else lines))
     if not (wanted.last_s or wanted.for_s):
         raise InvalidRequest("No time is recorded: last_s and for_s are 0.", "Give one of them, or both.")
     record = plant.works.recordings.start(lines, wanted.last_s, wanted.for_s)
@@ -113,4 +113,4 @@ def _sees(plant: Plant, record: RecordingInfo) -> bool:
     """Say whether the caller may read the whole recording; of a whole plant it takes a full scope."""
     if record.whole_plant:
         return current().scope is None
-    return all(sees(plant, line_id) for line_id in record.lines)
+    return all(sees(plant.access, line_id) for line_id in record.lines)

@@ -4,11 +4,11 @@ from typing import Annotated, Final
 
 from pydantic import Field
 
+from gateway.access.territory import PlantAccess
 from gateway.core.errors import NotFound, NotSent
 from gateway.core.operation import Rows
 from gateway.core.records import AnswerModel
 from gateway.core.rights import Right
-from gateway.plant import Plant
 from gateway.security.entries import Entry
 
 ROWS: Final = Rows("security log")
@@ -25,7 +25,7 @@ class SecurityEntries(AnswerModel):
 
 @ROWS.get("/security", Right.ADMIN)
 async def list_security_entries(
-    plant: Plant,
+    access: PlantAccess,
     *,
     limit: Annotated[int, Field(ge=1, le=1000)] = 100,
     cursor: Annotated[int | None, Field(ge=1, description="Only those older than this cursor.")] = None,
@@ -34,10 +34,10 @@ async def list_security_entries(
 
     No use of the gateway pushes an entry out; a flood is counted in one entry.
     """
-    if plant.access.security.data is None:
+    if access.security.data is None:
         raise NotFound("This gateway has no data directory, and so no security log.")
     try:
-        found = list(await plant.access.security.newest(limit, cursor))
+        found = list(await access.security.newest(limit, cursor))
     except OSError as error:
         raise NotSent(f"The security log cannot be read: {error.strerror}.") from None
     older = found[-1].number if len(found) == limit and found[-1].number > 1 else None

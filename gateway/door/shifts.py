@@ -147,7 +147,7 @@ async def get_shift(
 
     A key with a scope names a target in it.
     """
-    require(plant, Right.VIEW, *([] if target is None else [target]))
+    require(plant.access, Right.VIEW, *([] if target is None else [target]))
     if plant.journal is None:
         raise NotFound("This gateway has no journal, so nobody knows what has moved.")
     end = until or datetime.now(UTC)

@@ -9,22 +9,24 @@ from gateway.core.rights import Right
 from gateway.core.stops import StopMode
 from gateway.core.supervisor import do_each, twice
 from gateway.core.targets import Stopped
-from gateway.door.caller import needs
+from gateway.door.caller import for_caller, require
 from gateway.plant import Plant
 
 
-@needs(Right.STOP)
+@for_caller
 async def stop(plant: Plant, target: str, mode: StopMode) -> Stopped:
     """Stop a body, a group, or a robot; the frames are queued before anything is awaited.
 
     :raises GatewayError: there is no such target.
     """
+    require(plant.access, Right.STOP)
     return await twice("a stop", _begin_one, plant, target, mode)
 
 
-@needs(Right.STOP, whole_plant=True)
+@for_caller
 async def stop_all(plant: Plant, mode: StopMode) -> Stopped:
     """Stop everything; the frames are queued before anything is awaited."""
+    require(plant.access, Right.STOP)
     stopped = await asyncio.gather(*twice("a stop", _begin_all, plant, mode))
     return Stopped({name: those for stop in stopped for name, those in stop.reports.items()})
 

@@ -97,7 +97,7 @@ async def get_posture(plant: Plant) -> Posture:
 
 def _untried(plant: Plant) -> list[Untried]:
     """Read the reports of the lines that the caller sees."""
-    found = (untried(line) for line in plant.config.lines if sees(plant, line.id))
+    found = (untried(line) for line in plant.config.lines if sees(plant.access, line.id))
     return [line for line in found if line is not None]
 
 

@@ -111,7 +111,7 @@ async def newest(
     until: datetime | None = None,
 ) -> list[TraceEntry]:
     """Give the newest records of a line that pass, oldest first."""
-    require(plant, Right.VIEW, line_id)
+    require(plant.access, Right.VIEW, line_id)
     records = plant.history.recorders[line_id].records(since)
     if until is not None:
         latest = wall_ns(until)
@@ -127,7 +127,7 @@ def follow(
 
     They begin after a number, or with the `last` that pass now.
     """
-    require(plant, Right.VIEW, line_id)
+    require(plant.access, Right.VIEW, line_id)
     return _news(plant, line_id, passing, after, last)
 
 

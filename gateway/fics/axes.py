@@ -1,7 +1,7 @@
-"""The axes of a unit: their names, what each is counted in, and which motors move them."""
+"""The axes of a unit: their names, what each is counted in, which motors move them; and how all are asked."""
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from typing import Annotated, Any, Literal, NamedTuple, TypeVar
+from collections.abc import Awaitable, Callable, Iterable, Mapping, Sequence
+from typing import Annotated, Any, Literal, NamedTuple, Protocol, TypeVar
 
 from pydantic import Field
 from typing_extensions import TypeAliasType
@@ -29,6 +29,33 @@ DISPLAYED = 0.01
 """The smallest amount a robot displays, in mm and degrees: an assumption. Pulses are whole."""
 NOISE_DIGITS = 6
 """Decimals behind these are those of binary numbers, not of places."""
+
+
+class Answering(Protocol):
+    """A robot or a unit as its features ask it."""
+
+    async def read(self, query: FicsCommand[Any], /) -> Any:
+        """Send a query and give its reply.
+
+        :raises GatewayError: it was not answered; the error says why.
+        """
+
+    async def change(self, command: FicsCommand[Any], /, *, since: int | None = None) -> Any:
+        """Send a setting and give what was read back; nothing is sent if a stop came `since`.
+
+        :raises GatewayError: it was not set, or is another afterwards; the error says which.
+        """
+
+    async def as_expected(
+        self, read: Callable[[], Awaitable[V]], expects: Callable[[V], None] | None, /
+    ) -> int | None:
+        """Require a reading to be as expected, and count the stops before it."""
+
+
+class NamedRobot(Answering, Protocol):
+    """A robot as its features ask it."""
+
+    id: str
 
 
 class UnitAxes:
@@ -126,6 +153,10 @@ class UnitAxes:
         if not self.systems[axis].can_hold(quantity, value):
             where = field or f"Axis {axis}"
             raise InvalidRequest(f"{where}: pulses are whole, {value:g} is not; nothing was sent.")
+
+
+class AskedUnit(UnitAxes, Answering):
+    """The axes of a unit, and the robot's answers about them; `gateway.fics.units.RobotUnit` is one."""
 
 
 class AxisDuration(NamedTuple):

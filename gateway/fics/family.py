@@ -27,7 +27,7 @@ from gateway.core.works import DurableJobs
 from gateway.fics import config, settings, signals
 from gateway.fics.addressed import STOP_MODES, RobotTarget, UnitTarget
 from gateway.fics.alarms import causes
-from gateway.fics.axes import RobotId, UnitAxes, UnitNumber
+from gateway.fics.axes import AskedUnit, NamedRobot, RobotId, UnitAxes, UnitNumber
 from gateway.fics.backup_restore import RobotRestore, amid_a_restore, motion_without_proof
 from gateway.fics.bits import Bits
 from gateway.fics.event_types import TYPES
@@ -108,8 +108,8 @@ class Fics(Robots):
     sessions: ClassVar = {StartJog: JogSession}
     rows = (signals.ROWS, settings.ROWS)
     things: ClassVar = {
-        Robot: lambda fics, robot_id: fics.robot(robot_id),
-        RobotUnit: lambda fics, robot_id, unit: fics.robot(robot_id).unit(unit),
+        **dict.fromkeys((Robot, NamedRobot), lambda fics, robot_id: fics.robot(robot_id)),
+        **dict.fromkeys((RobotUnit, AskedUnit), lambda fics, robot_id, unit: fics.robot(robot_id).unit(unit)),
     }
     never_alone = (BeginPositionUpload, UploadPosition, EndPositionUpload, SetCommunicationMode)
 
@@ -155,7 +155,7 @@ class Fics(Robots):
         power.on_memory = self.site.known.keep(robot_table.id, power)
         return line
 
-    def _tell_move(self, what: str, unit: RobotUnit, move: RobotMove) -> Event:
+    def _tell_move(self, what: str, unit: AskedUnit, move: RobotMove) -> Event:
         return self.site.events.publish(f"robot.move.{what}", f"/robots/{unit.address}", move, move.id)
 
     def _publish_restore(self, what: str, restore: Restore) -> None:
@@ -274,3 +274,6 @@ class Fics(Robots):
     def letting_go(self) -> tuple[Deed, ...]:
         """End restores, and give the waiters for moves what is known now."""
         return self.restores.close, *super().letting_go()
+
+
+FAMILY: Final = Fics

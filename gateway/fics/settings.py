@@ -10,9 +10,8 @@ from gateway.core.operation import Expectation, Rows
 from gateway.core.records import AnswerModel, SentBack, example
 from gateway.core.rights import Right
 from gateway.fics.amounts import Amounts, AxisSpeeds, AxisValue, ByAxis, build, in_order, numbers
-from gateway.fics.axes import NOISE_DIGITS, CoordinateSystem, Places, UnitAxes
+from gateway.fics.axes import NOISE_DIGITS, AskedUnit, CoordinateSystem, Places, UnitAxes
 from gateway.fics.errors import NotReadBack, PartlyChanged, RobotFailed
-from gateway.fics.units import RobotUnit
 from gateway.texts import Text, text
 from protocols.fics import homing, motor_axes, soft_limits, speeds
 from protocols.fics.axis_settings import CoordinateSetting
@@ -80,7 +79,7 @@ class CrossedAxisLimit(NamedTuple):
 
 
 async def crossed_limits(
-    unit: RobotUnit, coordinates: CoordinateSystem, end: Places
+    unit: AskedUnit, coordinates: CoordinateSystem, end: Places
 ) -> list[CrossedAxisLimit]:
     """Give the soft limits that the end of a move lies beyond; such a move is refused (C-HOST manual 2-12).
 
@@ -108,7 +107,7 @@ async def crossed_limits(
 
 
 async def name_limits(
-    unit: RobotUnit, coordinates: CoordinateSystem, end: Places | None, refusal: GatewayError
+    unit: AskedUnit, coordinates: CoordinateSystem, end: Places | None, refusal: GatewayError
 ) -> None:
     """Name the axes, their targets and the limits, where a refused move leads beyond; only reads are sent."""
     if not isinstance(refusal, ControllerRefused) or refusal.error_code != BEYOND or not end:
@@ -124,7 +123,7 @@ async def name_limits(
     refusal.reword("robot.beyond-limits", unit=unit.address, code=refusal.command_code, beyond=beyond)
 
 
-async def uncrossed(unit: RobotUnit, changes: Mapping[str, FicsCommand[Any]]) -> list[FicsCommand[Any]]:
+async def uncrossed(unit: AskedUnit, changes: Mapping[str, FicsCommand[Any]]) -> list[FicsCommand[Any]]:
     """Put changes, given with their fields, into an order in which no limits cross on the way.
 
     :raises InvalidRequest: in the end an upper limit would be below the lower one.
@@ -144,7 +143,7 @@ async def uncrossed(unit: RobotUnit, changes: Mapping[str, FicsCommand[Any]]) ->
 
 
 async def _sequence(
-    unit: RobotUnit, limits: _Limits, changes: Mapping[str, FicsCommand[Any]]
+    unit: AskedUnit, limits: _Limits, changes: Mapping[str, FicsCommand[Any]]
 ) -> list[FicsCommand[Any]]:
     """Raise upper limits first, then set the lower ones, then let the other upper ones come down."""
     lower, upper = [await _limits_read(unit, limits, row) for row in (limits.get_lower, limits.get_upper)]
@@ -163,7 +162,7 @@ async def _sequence(
     return [row(coordinates=[values.get(name) for name in names]) for row, values in steps if values]
 
 
-async def _limits_read(unit: RobotUnit, limits: _Limits, row: Row) -> dict[str, float]:
+async def _limits_read(unit: AskedUnit, limits: _Limits, row: Row) -> dict[str, float]:
     reply = await unit.read(row())
     return unit.by_axis(unit.names(limits.coordinates), reply.coordinates)
 
@@ -294,7 +293,7 @@ class UnitSettings(AnswerModel):
 SMOOTH = "smooth_acceleration"
 
 
-async def read(unit: RobotUnit, names: Iterable[str] = (SMOOTH, *SETTINGS)) -> UnitSettings:
+async def read(unit: AskedUnit, names: Iterable[str] = (SMOOTH, *SETTINGS)) -> UnitSettings:
     """Ask the robot for settings of a unit, one by one.
 
     :raises GatewayError: one could not be read.
@@ -304,7 +303,7 @@ async def read(unit: RobotUnit, names: Iterable[str] = (SMOOTH, *SETTINGS)) -> U
 
 
 async def change(
-    unit: RobotUnit, wanted: SettingsChange, expects: Callable[[UnitSettings], None] | None = None
+    unit: AskedUnit, wanted: SettingsChange, expects: Callable[[UnitSettings], None] | None = None
 ) -> UnitSettings:
     """Change settings of a unit and read them back.
 
@@ -325,7 +324,7 @@ async def change(
         raise NotReadBack(f"The settings of {unit.address} were changed", error) from error
 
 
-async def commands(unit: RobotUnit, wanted: SettingsChange) -> list[FicsCommand[Any]]:
+async def commands(unit: AskedUnit, wanted: SettingsChange) -> list[FicsCommand[Any]]:
     """The commands that change settings, in an order in which no soft limits cross.
 
     :raises InvalidRequest: none is named, or one cannot be.
@@ -337,10 +336,10 @@ async def commands(unit: RobotUnit, wanted: SettingsChange) -> list[FicsCommand[
     return await uncrossed(unit, changes)
 
 
-async def _send_all(unit: RobotUnit, changes: list[FicsCommand[Any]], since: int | None) -> None:
+async def _send_all(unit: AskedUnit, changes: list[FicsCommand[Any]], since: int | None) -> None:
     for done, change in enumerate(changes):
         try:
-            await unit.change(change, None if done else since)
+            await unit.change(change, since=None if done else since)
         except GatewayError as error:
             changed = ", ".join(earlier.wire_name() for earlier in changes[:done]) or "nothing"
             changed = f"Of the settings asked for, {changed} was changed"
@@ -350,7 +349,7 @@ async def _send_all(unit: RobotUnit, changes: list[FicsCommand[Any]], since: int
             raise
 
 
-def _command(unit: RobotUnit, name: str, value: Any) -> FicsCommand[Any]:
+def _command(unit: AskedUnit, name: str, value: Any) -> FicsCommand[Any]:
     if name == SMOOTH:
         return speeds.SetSmoothAcceleration(enabled=int(value))
     setting = SETTINGS[name]
@@ -359,7 +358,7 @@ def _command(unit: RobotUnit, name: str, value: Any) -> FicsCommand[Any]:
     return build(name, setting.write, **{setting.field: bare(name, unit, names, value)})
 
 
-async def _value(unit: RobotUnit, name: str) -> Any:
+async def _value(unit: AskedUnit, name: str) -> Any:
     if name == SMOOTH:
         return bool((await unit.read(speeds.GetSmoothAcceleration())).enabled)
     setting = SETTINGS[name]
@@ -374,14 +373,14 @@ async def _value(unit: RobotUnit, name: str) -> Any:
 
 
 @ROWS.get("/robots/{robot_id}/units/{unit}/settings", tagged=True)
-async def get_settings(axes: RobotUnit) -> UnitSettings:
+async def get_settings(axes: AskedUnit) -> UnitSettings:
     """Ask the robot for all settings of a unit, one by one; refused while it moves."""
     return await read(axes)
 
 
 @ROWS.patch("/robots/{robot_id}/units/{unit}/settings", Right.SETUP)
 async def change_settings(
-    axes: RobotUnit, wanted: SettingsChange, *, expects: Expectation | None
+    axes: AskedUnit, wanted: SettingsChange, *, expects: Expectation | None
 ) -> UnitSettings:
     """Change settings of a unit and read them back; refused while it moves.
 

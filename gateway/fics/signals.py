@@ -8,7 +8,7 @@ from gateway.core.errors import InvalidRequest
 from gateway.core.operation import Expectation, Rows
 from gateway.core.records import AnswerModel, RequestModel, SentBack, example
 from gateway.core.rights import Right
-from gateway.fics.robot import Robot
+from gateway.fics.axes import NamedRobot
 from protocols.fics.inputs_outputs import ChannelBits, GetInputChannel, GetOutputChannel, SwitchOutput
 from protocols.fics.notation import LAST_CHANNEL, Bit, Number, Within
 from protocols.fics.notation import Channel as ChannelNumber
@@ -66,20 +66,20 @@ class VariableSetting(SentBack, json_schema_extra=example(value=12.5)):
 
 
 @ROWS.get("/robots/{robot_id}/inputs")
-async def get_inputs(robot: Robot, *, first: FirstChannel = 1, count: ChannelCount = 1) -> ChannelList:
+async def get_inputs(robot: NamedRobot, *, first: FirstChannel = 1, count: ChannelCount = 1) -> ChannelList:
     """Ask the robot for inputs, channel by channel (IDI)."""
     return await _read(robot, GetInputChannel, first, count)
 
 
 @ROWS.get("/robots/{robot_id}/outputs")
-async def get_outputs(robot: Robot, *, first: FirstChannel = 1, count: ChannelCount = 1) -> ChannelList:
+async def get_outputs(robot: NamedRobot, *, first: FirstChannel = 1, count: ChannelCount = 1) -> ChannelList:
     """Ask the robot for outputs, channel by channel (IDO)."""
     return await _read(robot, GetOutputChannel, first, count)
 
 
 @ROWS.put("/robots/{robot_id}/outputs/{channel}/{bit}", Right.OPERATE)
 async def switch_output(
-    robot: Robot,
+    robot: NamedRobot,
     channel: Annotated[ChannelNumber, Field(description="Channel of eight bits, from 1.", examples=[1])],
     bit: Annotated[Bit, Field(description="Bit of the channel, 0-7.", examples=[7])],
     output: OutputState,
@@ -91,7 +91,7 @@ async def switch_output(
 
 @ROWS.get("/robots/{robot_id}/variables", tagged=True)
 async def get_variables(
-    robot: Robot,
+    robot: NamedRobot,
     *,
     first: FirstVariable = 0,
     count: Annotated[int, Within(1, LAST_VARIABLE + 1), Field(description="Number of variables.")] = 1,
@@ -104,7 +104,7 @@ async def get_variables(
 
 @ROWS.put("/robots/{robot_id}/variables/{number}", Right.OPERATE)
 async def set_variable(
-    robot: Robot,
+    robot: NamedRobot,
     number: Annotated[Variable, Field(description=NUMBER, examples=[99])],
     variable: VariableSetting,
     *,
@@ -121,13 +121,13 @@ async def set_variable(
 
     variable.require_unchanged(VariableValue(number=number, value=variable.value))
     query = GetVariable(number=number)
-    since = await robot.conversation.as_expected(lambda: robot.read(query), require if expects else None)
+    since = await robot.as_expected(lambda: robot.read(query), require if expects else None)
     told: VariableValue = await robot.change(SetVariable(number=number, value=variable.value), since=since)
     return told
 
 
 async def _read(
-    robot: Robot, row: type[GetInputChannel | GetOutputChannel], first: int, count: int
+    robot: NamedRobot, row: type[GetInputChannel | GetOutputChannel], first: int, count: int
 ) -> ChannelList:
     wanted = _range("channels", first, count, LAST_CHANNEL)
     channels = [_channel(number, await robot.read(row(channel=number))) for number in wanted]

@@ -10,7 +10,7 @@ from gateway.core.errors import ControllerRefused, GarbledReply, GatewayError, I
 from gateway.core.events import Data, Event
 from gateway.core.exchange import Lane
 from gateway.core.trajectories import Trajectory
-from gateway.fics.axes import CoordinateSystem, Places, UnitAxes, at_rest, unit_of
+from gateway.fics.axes import AskedUnit, CoordinateSystem, Places, UnitAxes, at_rest, unit_of
 from gateway.fics.bits import Bits
 from gateway.fics.conversation import Answers, Conversation, answered_now, deadline_of
 from gateway.fics.errors import HOME_FIRST, NotDone, NotHomed, PositionUnknown, RobotBusy
@@ -50,7 +50,7 @@ _WHY: dict[UnknownReason, str] = {
 }
 
 
-class RobotUnit(UnitAxes):
+class RobotUnit(AskedUnit):
     """The axes of a unit, and the robot's answers about them."""
 
     def __init__(self, axes: UnitAxes, conversation: Conversation) -> None:
@@ -86,7 +86,7 @@ class RobotUnit(UnitAxes):
         """Send a query and give its reply; errors as of `Conversation.ask`."""
         return (await self._conversation.ask(query, self.number, lane)).replies[0]
 
-    async def change(self, command: FicsCommand[Any], since: int | None = None) -> Any:
+    async def change(self, command: FicsCommand[Any], *, since: int | None = None) -> Any:
         """Send a setting and give what was read back; errors as of `Conversation.change`."""
         return await self._conversation.change(command, self.number, since=since)
 
@@ -328,6 +328,12 @@ class AskedRobot:
     ) -> Any:
         """Send a setting and give what was read back; errors as of `Conversation.change`."""
         return await self.conversation.change(command, unit, since=since)
+
+    async def as_expected(
+        self, read: Callable[[], Awaitable[T]], expects: Callable[[T], None] | None
+    ) -> int | None:
+        """Require a reading to be as expected; result and errors as of `Conversation.as_expected`."""
+        return await self.conversation.as_expected(read, expects)
 
     async def change_mode(self, mode: int) -> None:
         """Bring the robot into another mode until the gateway ends (C-HOST manual 1-1-1, 2-37).

@@ -13,10 +13,13 @@ from typing_extensions import TypeAliasType
 
 from gateway.core.errors import GatewayError, NotSent
 from gateway.core.exchange import Lane
+from gateway.core.move_record import CountedIn
 from gateway.rorze.units import Scale
+from protocols.rorze.encoder import GetEncoderRatio
+from protocols.rorze.modes import GetOperatingMode
 from protocols.rorze.notation import PositionReference
 from protocols.rorze.position_table import GetNumberedPositionEntry
-from protocols.rorze.row import RorzeCommand
+from protocols.rorze.row import ModeName, RorzeCommand
 from protocols.table import Reply
 
 R = TypeVar("R", bound=Reply)
@@ -102,6 +105,11 @@ def is_mark(text: str) -> bool:
     return not text or _MARK.fullmatch(text) is not None
 
 
+def counted_in(mode: ModeName | None) -> CountedIn:
+    """The unit in which positions and amounts are counted (RC-420 manual 13.1)."""
+    return "encoder_counts" if mode == "encoder" else "pulses"
+
+
 class Resting(Protocol):
     """A body's answer about its motor."""
 
@@ -125,6 +133,10 @@ class AskedBody(Protocol):
     @property
     def input_names(self) -> Mapping[int, str]:
         """The names of its inputs, by their numbers."""
+
+    @property
+    def output_names(self) -> Mapping[int, str]:
+        """The names of its outputs, by their numbers."""
 
     @property
     def sent_count(self) -> int:
@@ -161,6 +173,9 @@ class AskedBody(Protocol):
     @property
     def on_news(self) -> Callable[[str, dict[str, object]], None]:
         """Called with what it does unasked: the kind of event, and its data."""
+
+    def looking(self) -> AbstractAsyncContextManager[None]:
+        """Leave no command error of questions that are refused inside, where no caller has caused one."""
 
     async def ask(self, command: RorzeCommand[R], /) -> tuple[R, Any]:
         """Send a command and give its reply, with when it came.
@@ -218,6 +233,18 @@ async def read_pulses(body: AskedBody, number: int) -> int:
         return (await body.ask(command))[0].pulses
 
     return await believed(body.line, ask)
+
+
+async def pulses_per_count(body: AskedBody) -> float:
+    """The pulses that are put out for one unit of the operating mode, which may be an encoder count.
+
+    :raises GatewayError: it was not read.
+    """
+    mode, _ = await body.ask(GetOperatingMode())
+    if mode.mode != "encoder":
+        return 1.0
+    ratio, _ = await body.ask(GetEncoderRatio())
+    return ratio.ratio
 
 
 async def closely(questions: Iterable[Coroutine[Any, Any, T]]) -> AsyncGenerator[T, None]:

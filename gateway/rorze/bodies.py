@@ -13,7 +13,7 @@ from gateway.core.exchange import Lane
 from gateway.core.move_record import CountedIn, Move, MoveStatus
 from gateway.core.targets import Looked
 from gateway.core.trajectories import Trajectory
-from gateway.rorze.asked_body import believed
+from gateway.rorze.asked_body import believed, counted_in
 from gateway.rorze.body_states import BodyAction, BodyLife, BodyNews
 from gateway.rorze.config import Events
 from gateway.rorze.errors import refused
@@ -67,11 +67,6 @@ ENCODER_SWAYS = 16
 """Encoder counts by which a shaft at rest may sway through 0, where one would stand that was switched on."""
 BELIEVED_S = 0.5
 """Age of a reading at rest after which it is asked again before a move: power is lost at rest too."""
-
-
-def counted_in(mode: ModeName | None) -> CountedIn:
-    """The unit in which positions and amounts are counted (RC-420 manual 13.1)."""
-    return "encoder_counts" if mode == "encoder" else "pulses"
 
 
 @dataclass(frozen=True)
@@ -240,6 +235,11 @@ class Body(Looked):
     def input_names(self) -> Mapping[int, str]:
         """The names of its inputs, by their numbers."""
         return self.configured.input_names
+
+    @property
+    def output_names(self) -> Mapping[int, str]:
+        """The names of its outputs, by their numbers."""
+        return self.configured.output_names
 
     @property
     def poll_interval_s(self) -> float:

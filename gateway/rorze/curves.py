@@ -8,10 +8,9 @@ from gateway.core.errors import InvalidRequest
 from gateway.core.operation import Rows
 from gateway.core.records import Record, RequestModel, example
 from gateway.core.rights import Right
-from gateway.rorze.bodies import Body
+from gateway.rorze.asked_body import AskedBody, pulses_per_count
 from gateway.rorze.patterns import Changes, PatternNumber, read_pattern
-from gateway.rorze.plans import Speed, pulses_per_count
-from gateway.rorze.speed_sets import SpeedSetValues, parameters_of
+from gateway.rorze.speed_sets import Speed, SpeedSetValues, parameters_of
 from gateway.rorze.units import Length, LengthUnit, Scale, Scaled, to_pulses
 from protocols.rorze.notation import BILLION
 from protocols.rorze.profile import Profile, ProfileError, SpeedChange, SpeedParameters, plan, plan_slow
@@ -105,7 +104,7 @@ class _Units(NamedTuple):
 
 
 async def curve_of(
-    body: Body,
+    body: AskedBody,
     number: int,
     distance: int,
     speed: Speed,
@@ -130,7 +129,7 @@ async def curve_of(
     return _curve(body, number, distance, profile, _Units(body.scale, ratio), points)
 
 
-async def _course(body: Body, number: int) -> _Course:
+async def _course(body: AskedBody, number: int) -> _Course:
     pattern = await read_pattern(body, number)
     if pattern.acceleration_set is None or pattern.deceleration_set is None:
         raise InvalidRequest(
@@ -148,7 +147,7 @@ async def _course(body: Body, number: int) -> _Course:
 
 
 def _curve(
-    body: Body, number: int, distance: int, profile: Profile, units: _Units, points: int
+    body: AskedBody, number: int, distance: int, profile: Profile, units: _Units, points: int
 ) -> SpeedCurve:
     end_s = profile.duration_s or 0.0
     even = (end_s * index / (points - 1) for index in range(points))
@@ -177,7 +176,7 @@ def _point(profile: Profile, at_s: float, units: _Units) -> CurvePoint:
 
 @ROWS.get("/bodies/{body_id}/patterns/{n}/curve")
 async def get_curve(
-    body: Body,
+    body: AskedBody,
     n: PatternNumber,
     *,
     distance: Distance,
@@ -190,6 +189,6 @@ async def get_curve(
 
 
 @ROWS.post("/bodies/{body_id}/patterns/{n}/curve", Right.VIEW)
-async def draft_curve(body: Body, n: PatternNumber, draft: CurveDraft) -> SpeedCurve:
+async def draft_curve(body: AskedBody, n: PatternNumber, draft: CurveDraft) -> SpeedCurve:
     """Work out how a move would go if the pattern were this one; nothing is set, and nothing moves."""
     return await curve_of(body, n, draft.distance.pulses(body.scale), draft.speed, draft.points, draft)

@@ -9,7 +9,7 @@ from gateway.core.move_record import CountedIn
 from gateway.core.operation import Expectation, Rows
 from gateway.core.records import AnswerModel, RequestModel, example
 from gateway.core.rights import Right
-from gateway.rorze.bodies import Body, counted_in
+from gateway.rorze.asked_body import AskedBody, counted_in
 from gateway.rorze.changes import Flash, read
 from gateway.rorze.settings import (
     MODE,
@@ -92,7 +92,7 @@ class Resolution(AnswerModel):
     )
 
 
-async def read_encoder(body: Body) -> Encoder:
+async def read_encoder(body: AskedBody) -> Encoder:
     """Ask a body for its encoder: what it counts, and how it is set up.
 
     :raises GatewayError: it was not read.
@@ -113,7 +113,7 @@ async def read_encoder(body: Body) -> Encoder:
     )
 
 
-async def _counts(body: Body, mode: ModeName) -> EncoderCounts:
+async def _counts(body: AskedBody, mode: ModeName) -> EncoderCounts:
     position, _ = await body.ask(GetPosition())
     count, _ = await body.ask(GetEncoderCount())
     pulses, _ = await body.ask(GetEncoderPosition())
@@ -130,7 +130,7 @@ async def _counts(body: Body, mode: ModeName) -> EncoderCounts:
 
 
 async def set_resolution(
-    body: Body, wanted: ResolutionRequest, expects: Expectation | None, *, flash: bool
+    body: AskedBody, wanted: ResolutionRequest, expects: Expectation | None, *, flash: bool
 ) -> Resolution:
     """Set multiplier and ratio by what a turn is (PAS, PBS); errors as of `change_settings`.
 
@@ -174,14 +174,14 @@ def resolution_of(wanted: ResolutionRequest) -> tuple[Multiplier, float, float]:
 
 
 @ROWS.get("/bodies/{body_id}/encoder", tagged=True)
-async def get_encoder(body: Body) -> Encoder:
+async def get_encoder(body: AskedBody) -> Encoder:
     """Ask a body what its encoder counts (6ED, 6MD), and how it is set up (RC-420 manual 13.7)."""
     return await read_encoder(body)
 
 
 @ROWS.patch("/bodies/{body_id}/encoder", Right.SETUP, named_only=True)
 async def change_encoder(
-    body: Body, change: EncoderChange, *, flash: Flash = False, expects: Expectation | None
+    body: AskedBody, change: EncoderChange, *, flash: Flash = False, expects: Expectation | None
 ) -> ChangedSettings:
     """Set what differs of the set-up of the encoder, and read it back; refused while the motor moves."""
     return await change_settings(body, change, read_encoder, expects, flash=flash)
@@ -189,7 +189,7 @@ async def change_encoder(
 
 @ROWS.put("/bodies/{body_id}/encoder/resolution", Right.SETUP, named_only=True)
 async def set_encoder_resolution(
-    body: Body, resolution: ResolutionRequest, *, flash: Flash = False, expects: Expectation | None
+    body: AskedBody, resolution: ResolutionRequest, *, flash: Flash = False, expects: Expectation | None
 ) -> Resolution:
     """Set multiplier and ratio (PAS, PBS) by what a turn is to motor and encoder (RC-420 manual 13.7.2)."""
     return await set_resolution(body, resolution, expects, flash=flash)

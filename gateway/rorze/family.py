@@ -724,3 +724,6 @@ def _find(things: dict[str, T], lines: Iterable[str], address: str, what: str) -
             f"Say which {what} is meant, with its line: LINE.{short}.",
         )
     return found[0]
+
+
+FAMILY: Final = Rorze

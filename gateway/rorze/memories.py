@@ -10,7 +10,7 @@ from gateway.core.errors import GatewayError, InvalidRequest
 from gateway.core.operation import Rows
 from gateway.core.records import AnswerModel, RequestModel, SentBack, example
 from gateway.core.rights import Right
-from gateway.rorze.bodies import Body
+from gateway.rorze.asked_body import AskedBody
 from gateway.rorze.errors import PartlyDone
 from protocols.rorze.notation import BILLION
 from protocols.rorze.programs import LARGEST_COUNT, GetProgramMemory, SetProgramMemory
@@ -84,7 +84,7 @@ def limits(name: str) -> tuple[int, int]:
     return (1 - BILLION, BILLION - 1) if name[0] == "D" else (0, LARGEST_COUNT)
 
 
-async def read(body: Body, first: str, count: int) -> list[Memory]:
+async def read(body: AskedBody, first: str, count: int) -> list[Memory]:
     """Read memories of one bank, one by one (UDD).
 
     :raises InvalidRequest: the bank does not have all of them.
@@ -96,7 +96,7 @@ async def read(body: Body, first: str, count: int) -> list[Memory]:
     return [await _read(body, f"{bank}{place + offset}") for offset in range(count)]
 
 
-async def write(body: Body, wanted: Sequence[tuple[str, int]]) -> list[Memory]:
+async def write(body: AskedBody, wanted: Sequence[tuple[str, int]]) -> list[Memory]:
     """Set memories in order (UDS), and give what they hold then: a program that runs may change them at once.
 
     :raises InvalidRequest: there is no such memory, or it cannot hold the number; nothing was sent.
@@ -132,7 +132,7 @@ def _setting(name: str, value: int) -> SetProgramMemory:
     return SetProgramMemory(memory=f"{bank}{place}", value=value)
 
 
-async def _read(body: Body, name: str) -> Memory:
+async def _read(body: AskedBody, name: str) -> Memory:
     """Read a memory; None where its 32 bits are no number that the controller can tell (UDD)."""
     held, _ = await body.ask(GetProgramMemory(memory=name))
     if name[0] == "D" and held.value is not None and abs(held.value) == BILLION - 1:
@@ -142,7 +142,7 @@ async def _read(body: Body, name: str) -> Memory:
     return Memory(name=name, value=held.value)
 
 
-async def _change(body: Body, wanted: Sequence[NamedMemory]) -> list[Memory]:
+async def _change(body: AskedBody, wanted: Sequence[NamedMemory]) -> list[Memory]:
     """Set memories, but those that are named as null; errors as of `write`."""
     left = [await _no_number(body, memory.name) for memory in wanted if memory.value is None]
     held = await write(body, [(memory.name, memory.value) for memory in wanted if memory.value is not None])
@@ -150,7 +150,7 @@ async def _change(body: Body, wanted: Sequence[NamedMemory]) -> list[Memory]:
     return [told[memory.name.upper()] for memory in wanted]
 
 
-async def _no_number(body: Body, name: str) -> Memory:
+async def _no_number(body: AskedBody, name: str) -> Memory:
     """Read a memory that shall stay as it is.
 
     :raises InvalidRequest: it holds a number, which null is not; nothing was sent.
@@ -172,13 +172,13 @@ def _split(name: str) -> tuple[str, int]:
 
 
 @ROWS.get("/bodies/{body_id}/memories")
-async def get_memories(body: Body, *, first: First = "D0", count: Count = 1) -> MemoryList:
+async def get_memories(body: AskedBody, *, first: First = "D0", count: Count = 1) -> MemoryList:
     """Read memories of the user program, one by one (UDD)."""
     return MemoryList(body_id=body.address, memories=await read(body, first, count))
 
 
 @ROWS.put("/bodies/{body_id}/memories", Right.OPERATE)
-async def set_memories(body: Body, change: MemoryChanges) -> MemoryList:
+async def set_memories(body: AskedBody, change: MemoryChanges) -> MemoryList:
     """Set memories in order (UDS), and tell what they hold then: a program may change them at once."""
     change.require_unchanged(MemoryList(body_id=body.address, memories=[]))
     held = await _change(body, change.memories)
@@ -186,7 +186,7 @@ async def set_memories(body: Body, change: MemoryChanges) -> MemoryList:
 
 
 @ROWS.put("/bodies/{body_id}/memories/{name}", Right.OPERATE)
-async def set_memory(body: Body, name: MemoryName, change: MemoryChange) -> Memory:
+async def set_memory(body: AskedBody, name: MemoryName, change: MemoryChange) -> Memory:
     """Set a memory (UDS), and tell what it holds then: a program that runs may change it at once."""
     change.require_unchanged(Memory(name=name.upper(), value=None))
     [held] = await _change(body, [NamedMemory(name=name, value=change.value)])

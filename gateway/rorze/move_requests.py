@@ -10,7 +10,8 @@ from gateway.core.jogs import Jog
 from gateway.core.move_record import StartRequest
 from gateway.core.records import RequestModel, example
 from gateway.rorze.bodies import Group
-from gateway.rorze.plans import MaxSpeed, Speed, require_one_speed
+from gateway.rorze.plans import MaxSpeed, require_one_speed
+from gateway.rorze.speed_sets import Speed
 from gateway.rorze.units import Length, Scale
 from protocols.rorze import moves, origin
 from protocols.rorze.notation import PositionReference

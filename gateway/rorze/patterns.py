@@ -10,7 +10,7 @@ from gateway.core.errors import InvalidRequest
 from gateway.core.operation import Expectation, Rows
 from gateway.core.records import AnswerModel, SentBack, example, require_same
 from gateway.core.rights import Right
-from gateway.rorze.bodies import Body
+from gateway.rorze.asked_body import AskedBody
 from gateway.rorze.changes import ChangeStep, Flash, Item, SettingCodec, Wanted, as_expected, change, read
 from gateway.rorze.speed_sets import STANDARD, First, Last, numbers_of, parameters_of, sets_item
 from gateway.rorze.units import Scaled
@@ -206,7 +206,7 @@ def _clearing_item(number: int, point: int) -> Item:
     return Item("changes", question, SetSpeedChange, codec, {"pattern": number}, _UNREADABLE)
 
 
-async def read_pattern(body: Body, number: int) -> Pattern:
+async def read_pattern(body: AskedBody, number: int) -> Pattern:
     """Ask a body for a pattern (SPD) and, where it is set, its speed changes (SED).
 
     :raises GatewayError: it was not read.
@@ -222,7 +222,7 @@ async def read_pattern(body: Body, number: int) -> Pattern:
     )
 
 
-async def _read_changes(body: Body, number: int) -> list[SpeedChangeInfo] | None:
+async def _read_changes(body: AskedBody, number: int) -> list[SpeedChangeInfo] | None:
     changes: list[SpeedChangeInfo] = []
     for point in POINTS:
         found = await read(body, _point_item(number, point))
@@ -241,13 +241,13 @@ async def _read_changes(body: Body, number: int) -> list[SpeedChangeInfo] | None
     return changes
 
 
-async def read_patterns(body: Body, numbers: Iterable[int]) -> list[Pattern]:
+async def read_patterns(body: AskedBody, numbers: Iterable[int]) -> list[Pattern]:
     """Ask a body for patterns, one after the other; errors as of `read_pattern`."""
     return [await read_pattern(body, number) for number in numbers]
 
 
 async def alter_pattern(
-    body: Body,
+    body: AskedBody,
     number: int,
     wanted: PatternValues | PatternChange,
     expects: Expectation | None,
@@ -297,7 +297,9 @@ def _sets_of(present: Pattern, wanted: PatternValues | PatternChange) -> dict[st
     return sets
 
 
-async def _require_fit(body: Body, sets: Mapping[str, int], changes: Sequence[SpeedChangeRequest]) -> None:
+async def _require_fit(
+    body: AskedBody, sets: Mapping[str, int], changes: Sequence[SpeedChangeRequest]
+) -> None:
     """Work out changes of speed as the controller does when it moves (RC-420 manual 13.3.7).
 
     :raises InvalidRequest: a move would be refused for them.
@@ -328,20 +330,25 @@ def _wanted(
 
 
 @ROWS.get("/bodies/{body_id}/patterns")
-async def list_patterns(body: Body, *, first: First = 0, last: Last = STANDARD) -> PatternList:
+async def list_patterns(body: AskedBody, *, first: First = 0, last: Last = STANDARD) -> PatternList:
     """Ask a body for its acceleration patterns: one frame for each, and sixteen more for one that is set."""
     return PatternList(body_id=body.address, patterns=await read_patterns(body, numbers_of(first, last)))
 
 
 @ROWS.get("/bodies/{body_id}/patterns/{n}", tagged=True)
-async def get_pattern(body: Body, n: PatternNumber) -> Pattern:
+async def get_pattern(body: AskedBody, n: PatternNumber) -> Pattern:
     """Ask a body for an acceleration pattern (SPD) with its speed changes (SED)."""
     return await read_pattern(body, n)
 
 
 @ROWS.put("/bodies/{body_id}/patterns/{n}", Right.SETUP, tagged=True)
 async def set_pattern(
-    body: Body, n: PatternNumber, values: PatternValues, *, flash: Flash = False, expects: Expectation | None
+    body: AskedBody,
+    n: PatternNumber,
+    values: PatternValues,
+    *,
+    flash: Flash = False,
+    expects: Expectation | None,
 ) -> ChangedPattern:
     """Set what differs of a pattern and its speed changes, and read it back; refused while the motor moves.
 
@@ -352,7 +359,12 @@ async def set_pattern(
 
 @ROWS.patch("/bodies/{body_id}/patterns/{n}", Right.SETUP, tagged=True)
 async def change_pattern(
-    body: Body, n: PatternNumber, change: PatternChange, *, flash: Flash = False, expects: Expectation | None
+    body: AskedBody,
+    n: PatternNumber,
+    change: PatternChange,
+    *,
+    flash: Flash = False,
+    expects: Expectation | None,
 ) -> ChangedPattern:
     """Set what differs of what is named, and read it back; refused while the motor moves."""
     return await alter_pattern(body, n, change, expects, flash=flash)

@@ -15,13 +15,14 @@ from gateway.core.errors import ControllerRefused, InvalidRequest
 from gateway.core.exchange import Lane
 from gateway.core.move_record import CountedIn
 from gateway.core.records import AnswerModel, Record, RequestModel, example
+from gateway.rorze.asked_body import pulses_per_count
 from gateway.rorze.bodies import Body, Group, idle_bodies_of
 from gateway.rorze.changes import change, read
-from gateway.rorze.speed_sets import STANDARD, items_of, parameters_of, sets_item
+from gateway.rorze.speed_sets import STANDARD, Speed, items_of, parameters_of, sets_item
 from gateway.rorze.units import to_pulses
 from gateway.texts import Text, text
 from protocols.rorze.encoder import GetEncoderRatio
-from protocols.rorze.modes import GetOperatingMode, GetSoftLimits
+from protocols.rorze.modes import GetSoftLimits
 from protocols.rorze.moves import (
     AbsoluteMove,
     MoveClockwise,
@@ -61,7 +62,6 @@ NEVER_SET: Final = 0
 """A speed that was never set (RC-420 manual 14, OHD)."""
 
 
-Speed = TypeAliasType("Speed", Literal["high", "low"])
 RateUnit = TypeAliasType("RateUnit", Literal["pulse/s", "mm/s", "um/s", "deg/s", "mdeg/s"])
 
 
@@ -433,18 +433,6 @@ async def trajectory_of(
     )
     profile = await _profile(body, command, distance)
     return PlannedTrajectory(profile, start, ratio if clockwise else -ratio)
-
-
-async def pulses_per_count(body: Body) -> float:
-    """The pulses that are put out for one unit of the operating mode, which may be an encoder count.
-
-    :raises GatewayError: it was not read.
-    """
-    mode, _ = await body.ask(GetOperatingMode())
-    if mode.mode != "encoder":
-        return 1.0
-    ratio, _ = await body.ask(GetEncoderRatio())
-    return ratio.ratio
 
 
 async def amount_of(body: Body, pulses: int) -> int:

@@ -12,8 +12,7 @@ from gateway.core.errors import BodyBusy, CommandGarbled, GatewayError, InvalidR
 from gateway.core.origin import new_id
 from gateway.core.readings import ProgressListener, Readings
 from gateway.core.records import Record
-from gateway.rorze.asked_body import closely, read_pulses
-from gateway.rorze.bodies import Body
+from gateway.rorze.asked_body import AskedBody, closely, read_pulses
 from protocols.rorze.flash import SavePositions
 from protocols.rorze.notation import BILLION, PositionReference
 from protocols.rorze.position_table import SetPositionEntry
@@ -78,7 +77,7 @@ class StoringBrokenOff(GatewayError):
         )
 
 
-async def read(body: Body, first: int, last: int) -> list[TablePosition]:
+async def read(body: AskedBody, first: int, last: int) -> list[TablePosition]:
     """Read positions one by one (3ND), each by its number, which the answer repeats.
 
     :raises InvalidRequest: the last is before the first.
@@ -87,7 +86,7 @@ async def read(body: Body, first: int, last: int) -> list[TablePosition]:
     return [position async for position in _in_order(body, first, last)]
 
 
-def _in_order(body: Body, first: int, last: int) -> AsyncGenerator[TablePosition, None]:
+def _in_order(body: AskedBody, first: int, last: int) -> AsyncGenerator[TablePosition, None]:
     if last < first:
         raise InvalidRequest(f"last: it is less than first, {first}; nothing was sent.")
     return closely(read_one(body, number) for number in range(first, last + 1))
@@ -99,7 +98,7 @@ class PositionReadings(Readings[PositionReading]):
     noun = "table of positions"
 
     def start(
-        self, body: Body, first: int, last: int, named: Callable[[TablePosition], NamedPosition]
+        self, body: AskedBody, first: int, last: int, named: Callable[[TablePosition], NamedPosition]
     ) -> PositionReading:
         """Begin to read positions one by one, as `read` does.
 
@@ -131,7 +130,7 @@ class PositionReadings(Readings[PositionReading]):
 
 
 async def store(
-    body: Body,
+    body: AskedBody,
     wanted: Sequence[WantedPosition],
     *,
     flash: bool = False,
@@ -172,7 +171,9 @@ async def store(
     return [held[position.number] for position in wanted]
 
 
-async def _send(body: Body, wanted: Sequence[WantedPosition], of: int, answered: Callable[[], None]) -> None:
+async def _send(
+    body: AskedBody, wanted: Sequence[WantedPosition], of: int, answered: Callable[[], None]
+) -> None:
     for sent, position in enumerate(wanted):
         try:
             await _set(body, position)
@@ -204,7 +205,7 @@ def check(wanted: Sequence[WantedPosition]) -> None:
         seen.add(number)
 
 
-async def _set(body: Body, wanted: WantedPosition) -> None:
+async def _set(body: AskedBody, wanted: WantedPosition) -> None:
     """Store a position; what may be lost or garbled is sent again, which changes nothing where it was not."""
     command = SetPositionEntry(entry=PositionReference(position=wanted.number), pulses=wanted.pulses)
     for _ in range(TRIES - 1):
@@ -214,7 +215,7 @@ async def _set(body: Body, wanted: WantedPosition) -> None:
     await body.ask(command)
 
 
-async def read_one(body: Body, number: int) -> TablePosition:
+async def read_one(body: AskedBody, number: int) -> TablePosition:
     """Read one position; errors as of `read_pulses`."""
     return TablePosition(number, await read_pulses(body, number))
 
@@ -242,7 +243,7 @@ class TableUploads(Readings[TableUpload]):
 
     def start(
         self,
-        body: Body,
+        body: AskedBody,
         wanted: Sequence[WantedPosition],
         *,
         flash: bool,

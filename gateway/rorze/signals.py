@@ -11,7 +11,7 @@ from gateway.core.operation import Rows
 from gateway.core.records import AnswerModel, RequestModel, SentBack, example
 from gateway.core.rights import Right
 from gateway.core.times import age_ms_of, utc_of
-from gateway.rorze.bodies import Body
+from gateway.rorze.asked_body import AskedBody
 from protocols.rorze.inputs_outputs import (
     ClearErrorOutputStatus,
     GetErrorOutput,
@@ -142,7 +142,7 @@ class NotSwitched(GatewayError):
 
 
 @ROWS.get("/bodies/{body_id}/inputs")
-async def get_body_inputs(body: Body) -> BodyInputs:
+async def get_body_inputs(body: AskedBody) -> BodyInputs:
     """Ask the controller for all ten inputs (CID)."""
     reply, answered = await body.ask(GetInputs())
     states = _states(INPUTS, body.input_names, reply.bits or 0)
@@ -150,19 +150,17 @@ async def get_body_inputs(body: Body) -> BodyInputs:
 
 
 @ROWS.get("/bodies/{body_id}/outputs")
-async def get_body_outputs(body: Body) -> BodyOutputs:
+async def get_body_outputs(body: AskedBody) -> BodyOutputs:
     """Ask the controller for all sixteen outputs (COD)."""
     reply, answered = await body.ask(GetOutputs())
-    states = _states(OUTPUTS, body.configured.output_names, reply.bits or 0)
+    states = _states(OUTPUTS, body.output_names, reply.bits or 0)
     return BodyOutputs(**_reading(body, answered.at), outputs=states)
 
 
 @ROWS.put("/bodies/{body_id}/outputs/{output}", Right.OPERATE)
-async def switch_body_output(body: Body, output: Output, wanted: OutputSwitch) -> SignalState:
+async def switch_body_output(body: AskedBody, output: Output, wanted: OutputSwitch) -> SignalState:
     """Switch an output (COS), which ends its pulse, and read it back; `not-done` where it is not as asked."""
-    wanted.require_unchanged(
-        SignalState(number=output, name=body.configured.output_names.get(output), on=wanted.on)
-    )
+    wanted.require_unchanged(SignalState(number=output, name=body.output_names.get(output), on=wanted.on))
     await body.ask(SetOutputs(bit=output, on=int(wanted.on)))
     signal = await _output(body, output)
     if signal.on is not wanted.on:
@@ -175,14 +173,14 @@ async def switch_body_output(body: Body, output: Output, wanted: OutputSwitch) -
 
 
 @ROWS.post("/bodies/{body_id}/outputs/{output}/pulses", Right.OPERATE)
-async def pulse_body_output(body: Body, output: Output, wanted: OutputPulse) -> SignalState:
+async def pulse_body_output(body: AskedBody, output: Output, wanted: OutputPulse) -> SignalState:
     """Invert an output for a time (CBS); refused while it is inverted, and where it reports an error."""
     await body.ask(PulseOutput(bit=output, duration_ms=wanted.duration_ms))
     return await _output(body, output)
 
 
 @ROWS.get("/bodies/{body_id}/sensors")
-async def get_body_sensors(body: Body) -> BodySensors:
+async def get_body_sensors(body: AskedBody) -> BodySensors:
     """Ask the controller for all six sensors (CLD)."""
     reply, answered = await body.ask(GetSensors())
     bits = reply.bits or 0
@@ -191,7 +189,7 @@ async def get_body_sensors(body: Body) -> BodySensors:
 
 
 @ROWS.get("/bodies/{body_id}/error-outputs")
-async def get_error_outputs(body: Body) -> BodyErrorOutputs:
+async def get_error_outputs(body: AskedBody) -> BodyErrorOutputs:
     """Ask the controller which outputs report errors (CED), and which errors stand (CRD)."""
     # Each cause alone, for the order of the bits that tell all at once is not known.
     states = [await _error_output(body, cause) for cause in CAUSES]
@@ -199,7 +197,7 @@ async def get_error_outputs(body: Body) -> BodyErrorOutputs:
 
 
 @ROWS.put("/bodies/{body_id}/error-outputs/{cause}", Right.SETUP)
-async def set_error_output(body: Body, cause: CauseName, wanted: ErrorOutputChoice) -> BodyErrorOutputs:
+async def set_error_output(body: AskedBody, cause: CauseName, wanted: ErrorOutputChoice) -> BodyErrorOutputs:
     """Set the output that reports a cause (CES), and read it back. Each cause takes one of its own."""
     if wanted.told:
         wanted.require_unchanged(await _error_output(body, cause))
@@ -215,13 +213,13 @@ async def set_error_output(body: Body, cause: CauseName, wanted: ErrorOutputChoi
 
 
 @ROWS.post("/bodies/{body_id}/error-outputs/reset", Right.OPERATE)
-async def reset_error_outputs(body: Body) -> BodyErrorOutputs:
+async def reset_error_outputs(body: AskedBody) -> BodyErrorOutputs:
     """Take back all error outputs (CRS), which refuse moves while they stand."""
     await body.ask(ClearErrorOutputStatus())
     return await get_error_outputs(body)
 
 
-def _reading(body: Body, at: float) -> dict[str, Any]:
+def _reading(body: AskedBody, at: float) -> dict[str, Any]:
     return {"body_id": body.address, "read_at": utc_of(at), "age_ms": age_ms_of(at)}
 
 
@@ -231,18 +229,18 @@ def _states(numbers: range, names: Mapping[int, str], bits: int) -> list[SignalS
     ]
 
 
-async def _output(body: Body, output: int) -> SignalState:
+async def _output(body: AskedBody, output: int) -> SignalState:
     reply, _ = await body.ask(GetOutputs(bit=output))
-    return SignalState(number=output, name=body.configured.output_names.get(output), on=bool(reply.on))
+    return SignalState(number=output, name=body.output_names.get(output), on=bool(reply.on))
 
 
-async def _error_output(body: Body, cause: Cause) -> ErrorOutputState:
+async def _error_output(body: AskedBody, cause: Cause) -> ErrorOutputState:
     setting, _ = await body.ask(GetErrorOutput(cause=cause))
     standing, _ = await body.ask(GetErrorOutputStatus(cause=cause))
     return ErrorOutputState(
         cause=cause,
         output=setting.output,
-        name=None if setting.output is None else body.configured.output_names.get(setting.output),
+        name=None if setting.output is None else body.output_names.get(setting.output),
         on=None if setting.state is None else bool(setting.state),
         standing=bool(standing.on),
     )

@@ -1,9 +1,10 @@
 """The speed parameter sets S[0] to S[29] of a body, and the standard one, 30 (RC-420 manual 13.3.1)."""
 
 from collections.abc import Mapping
-from typing import Annotated, Any, Final, TypeVar
+from typing import Annotated, Any, Final, Literal, TypeVar
 
 from pydantic import BaseModel, Field, model_validator
+from typing_extensions import TypeAliasType
 
 from gateway.core.errors import InvalidRequest
 from gateway.core.operation import Expectation, Rows
@@ -19,6 +20,8 @@ from protocols.rorze.profile import SpeedParameters
 STANDARD: Final = 30
 """The set, and the pattern, that a command means when it names none (RC-420 manual 13.3.4)."""
 
+Speed = TypeAliasType("Speed", Literal["high", "low"])
+"""Of a move: `low` runs at the start speed, without ramps."""
 ROWS: Final = Rows("body settings")
 NOT_SET: Final = "0x47"
 """Refusal of a pattern that was never set (RC-420 manual 21)."""

@@ -173,7 +173,7 @@ class RobotErrors(AnswerModel):
 @ROWS.get("/robots", any_scope=True)
 async def list_robots(plant: Plant) -> RobotList:
     """List all robots; nothing is sent."""
-    seen = (robot for robot in plant.family(Robots).robots() if sees(plant, robot.id))
+    seen = (robot for robot in plant.family(Robots).robots() if sees(plant.access, robot.id))
     return RobotList(robots=[_info(robot) for robot in seen])
 
 

@@ -325,7 +325,7 @@ async def list_bodies(plant: Plant, *, fresh: Fresh = False) -> BodyList:
     rorze = plant.family(Rorze)
     if fresh:  # those out of scope, too; the silent keep what was known
         await asyncio.gather(*(_poll_line(rorze, line) for line in rorze.lines.values()))
-    return {"bodies": [_info(rorze, body) for body in rorze.bodies() if sees(plant, body.address)]}
+    return {"bodies": [_info(rorze, body) for body in rorze.bodies() if sees(plant.access, body.address)]}
 
 
 async def _poll_line(rorze: Rorze, line: Line) -> None:

@@ -54,7 +54,7 @@ class GroupDefinition(SentBack, json_schema_extra=example(members=["00", "3F"], 
 async def list_groups(plant: Plant) -> GroupList:
     """List all groups."""
     groups = plant.family(Rorze).groups()
-    return GroupList(groups=[_info(group) for group in groups if sees(plant, group.address)])
+    return GroupList(groups=[_info(group) for group in groups if sees(plant.access, group.address)])
 
 
 @ROWS.get("/groups/{group_id}", later=True)
@@ -74,7 +74,7 @@ async def define_group(plant: Plant, group_id: GroupId, definition: GroupDefinit
     address = numbered_address(group_id)
     home = address.rpartition(".")[0]
     reached = (f"{home}.{member}" if home and "." not in member else member for member in definition.members)
-    require(plant, Right.SETUP, address, *reached)  # on all that it will reach
+    require(plant.access, Right.SETUP, address, *reached)  # on all that it will reach
     present = _present(rorze, group_id)
     if present is not None:
         told = _info(present)

@@ -177,7 +177,9 @@ class StoredPath(AnswerModel):
 @ROWS.get("/scaras", any_scope=True)
 async def list_scaras(plant: Plant) -> ScaraList:
     """List all SCARA robots; nothing is sent."""
-    return ScaraList(scaras=[_info(scara) for scara in plant.family(Scaras).all() if sees(plant, scara.id)])
+    return ScaraList(
+        scaras=[_info(scara) for scara in plant.family(Scaras).all() if sees(plant.access, scara.id)]
+    )
 
 
 @ROWS.get("/scaras/{scara_id}")
