@@ -3,13 +3,14 @@
 import asyncio
 import json
 import logging
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
-from typing import Final
+from typing import Final, Protocol
 
-from pydantic import TypeAdapter, ValidationError
+from pydantic import Field, TypeAdapter, ValidationError
 
 from gateway.core.errors import GatewayError
+from gateway.core.records import RequestModel, example
 from gateway.core.tables import Name
 from gateway.core.whole_files import write_whole
 
@@ -29,6 +30,24 @@ class NotKept(GatewayError):
             f"The name cannot be written to the data directory: {cause.strerror}. Everything else was done.",
             "See to the disk, and give the name again.",
         )
+
+
+class PositionName(RequestModel, json_schema_extra=example(name="unload")):
+    """A name for a position."""
+
+    name: Name | None = Field(description="Name of the position; null takes the name away.")
+
+
+class Nameable(Protocol):
+    """A thing to be stored, which may have a name."""
+
+    number: int
+    name: str | None
+
+
+def given(wanted: Iterable[Nameable]) -> dict[int, str]:
+    """The names that are given to things as they are stored; those without keep what they have."""
+    return {entry.number: entry.name for entry in wanted if entry.name is not None}
 
 
 class Names:

@@ -7,14 +7,17 @@ from typing import Annotated, Final, NamedTuple
 from pydantic import Field
 
 from gateway.core.errors import InvalidRequest
+from gateway.core.names import PositionName, given
 from gateway.core.operation import Expectation, PlainText, Rows
 from gateway.core.records import AnswerModel, RequestModel, SentBack, example
 from gateway.core.rights import Right
+from gateway.core.tables import Name
 from gateway.door.csv_tables import CSV, Row, Table, csv_of, read_table
 from gateway.fics.amounts import AxisAmounts, AxisValue, numbers
 from gateway.fics.axes import UnitNumber
 from gateway.fics.robot import Robot
 from gateway.fics.units import RobotUnit
+from gateway.plant import Plant
 from protocols.fics.notation import DECIMALS, LARGEST, PositionNumber, Quantity
 from protocols.fics.positions import LAST_POSITION
 
@@ -54,6 +57,9 @@ class PositionEntry(RequestModel):
             "Coordinates by name; an axis that is not named is left out. Without axes, where the unit stands."
         ),
     )
+    name: Name | None = Field(
+        default=None, description="Name of the position; left out or null, it keeps the name it has."
+    )
 
 
 class PositionUpload(
@@ -73,6 +79,7 @@ class StoredEntry(AnswerModel):
     """A stored position."""
 
     number: int
+    name: str | None
     axes: dict[str, AxisValue] = Field(
         description="Coordinates by name, without the axes it has no coordinate for."
     )
@@ -90,6 +97,15 @@ class PositionTable(AnswerModel):
     )
 
 
+class UnitPositionLabel(AnswerModel):
+    """The name that a unit's position has now."""
+
+    robot_id: str
+    unit: int
+    number: int
+    name: str | None
+
+
 class Uploaded(AnswerModel):
     """Positions that were stored."""
 
@@ -100,14 +116,15 @@ class Uploaded(AnswerModel):
 
 @ROWS.get("/robots/{robot_id}/units/{unit}/positions", tagged=True)
 async def list_positions(
-    robot: Robot, unit: UnitNumber, *, first: First = 1, last: Last = LAST_POSITION
+    plant: Plant, robot: Robot, unit: UnitNumber, *, first: First = 1, last: Last = LAST_POSITION
 ) -> PositionTable:
     """Read stored positions (POR); the robot ends at the first number that is not set."""
-    return table_of(robot.unit(unit), await read(robot, unit, first, last))
+    return table_of(plant, robot.unit(unit), await read(robot, unit, first, last))
 
 
 @ROWS.put("/robots/{robot_id}/units/{unit}/positions", Right.SETUP)
 async def store_positions(
+    plant: Plant,
     robot: Robot,
     unit: UnitNumber,
     upload: PositionUpload,
@@ -122,7 +139,7 @@ async def store_positions(
     `If-Match` is the ETag of the positions from `first` to `last`, which are read first then.
     """
     addressed = robot.unit(unit)
-    upload.require_unchanged(table_of(addressed, Stored([], None)))
+    upload.require_unchanged(table_of(plant, addressed, Stored([], None)))
     wanted: list[Wanted] = [
         (
             entry.number,
@@ -132,7 +149,18 @@ async def store_positions(
         )
         for index, entry in enumerate(upload.positions)
     ]
-    return await store(robot, addressed, wanted, (first, last), expects)
+    stored = await store(plant, robot, addressed, wanted, (first, last), expects)
+    await plant.names.name(addressed.address, given(upload.positions))
+    return stored
+
+
+@ROWS.put("/robots/{robot_id}/units/{unit}/positions/{number}/name", Right.SETUP, later=True)
+async def name_unit_position(
+    plant: Plant, robot: Robot, unit: UnitNumber, number: PositionNumber, wanted: PositionName
+) -> UnitPositionLabel:
+    """Name a position. The gateway keeps the name; nothing is sent."""
+    await plant.names.name(robot.unit(unit).address, {number: wanted.name or ""})
+    return UnitPositionLabel(robot_id=robot.id, unit=unit, number=number, name=wanted.name)
 
 
 @TABLES.get(
@@ -148,7 +176,7 @@ async def store_positions(
     },
 )
 async def download_positions(
-    robot: Robot, unit: UnitNumber, *, first: First = 1, last: Last = LAST_POSITION
+    plant: Plant, robot: Robot, unit: UnitNumber, *, first: First = 1, last: Last = LAST_POSITION
 ) -> PlainText:
     """Read stored positions as CSV: the number, then a column for each axis with its unit.
 
@@ -158,7 +186,7 @@ async def download_positions(
     stored = await read(robot, unit, first, last)
     rows = [[number, *map(_cell, values)] for number, values in stored.positions]
     ended = {} if stored.ended_at is None else {ENDED_AT: str(stored.ended_at)}
-    return PlainText(csv_of(_header(axes), rows), table_of(axes, stored), ended)
+    return PlainText(csv_of(_header(axes), rows), table_of(plant, axes, stored), ended)
 
 
 @TABLES.put(
@@ -169,6 +197,7 @@ async def download_positions(
     documented=False,
 )
 async def upload_positions(
+    plant: Plant,
     robot: Robot,
     unit: UnitNumber,
     table: Table,
@@ -181,7 +210,7 @@ async def upload_positions(
     axes = robot.unit(unit)
     header = _header(axes)
     rows = _parse(header, await read_table(table, header))
-    return await store(robot, axes, rows, (first, last), expects)
+    return await store(plant, robot, axes, rows, (first, last), expects)
 
 
 def _header(unit: RobotUnit) -> list[str]:
@@ -236,6 +265,7 @@ async def read(robot: Robot, unit: int, first: int, last: int) -> Stored:
 
 
 async def store(
+    plant: Plant,
     robot: Robot,
     unit: RobotUnit,
     positions: Sequence[Wanted],
@@ -250,7 +280,7 @@ async def store(
 
     def require(held: Stored) -> None:
         if expects is not None:
-            expects(table_of(unit, held))
+            expects(table_of(plant, unit, held))
 
     since = await robot.conversation.as_expected(
         lambda: read(robot, unit.number, *known), require if expects else None
@@ -263,9 +293,13 @@ async def store(
     return Uploaded(robot_id=unit.robot_id, unit=unit.number, count=len(stored))
 
 
-def table_of(unit: RobotUnit, stored: Stored) -> PositionTable:
-    """Stored positions as they are told."""
-    entries = [StoredEntry(number=number, axes=_named(unit, values)) for number, values in stored.positions]
+def table_of(plant: Plant, unit: RobotUnit, stored: Stored) -> PositionTable:
+    """Stored positions with their names, as they are told."""
+    names = plant.names.of(unit.address)
+    entries = [
+        StoredEntry(number=number, name=names.get(number), axes=_named(unit, values))
+        for number, values in stored.positions
+    ]
     return PositionTable(
         robot_id=unit.robot_id, unit=unit.number, positions=entries, ended_at=stored.ended_at
     )

@@ -9,8 +9,9 @@ from pydantic import Field, model_validator
 
 from gateway.core.errors import InvalidRequest
 from gateway.core.marks import DETAIL
+from gateway.core.names import PositionName, given
 from gateway.core.operation import Expectation, PlainText, Rows, Wait
-from gateway.core.records import AnswerModel, RequestModel, SentBack, example, require_same
+from gateway.core.records import AnswerModel, SentBack, example, require_same
 from gateway.core.rights import Right
 from gateway.core.tables import Name
 from gateway.core.works import Jobs
@@ -84,12 +85,6 @@ class PositionsToStore(
 
     positions: Annotated[list[PositionToStore], Field(min_length=1, max_length=LAST_POSITION + 1)]
     flash: bool = Field(default=False, description="Write the whole table to flash memory too (FPS).")
-
-
-class PositionName(RequestModel, json_schema_extra=example(name="unload")):
-    """A name for a position."""
-
-    name: Name | None = Field(description="Name of the position; null takes the name away.")
 
 
 class PositionLabel(AnswerModel):
@@ -319,9 +314,7 @@ def _of(body: Body, upload: PositionsToStore) -> tuple[list[WantedPosition], dic
         )
         for position in upload.positions
     ]
-    return wanted, {
-        position.number: position.name for position in upload.positions if position.name is not None
-    }
+    return wanted, given(upload.positions)
 
 
 async def _require_unchanged(plant: Plant, body: Body, upload: PositionsToStore) -> None:

@@ -201,6 +201,7 @@ POST      /robots/{robot_id}/jogs/{jog_id}/heartbeat     operate  robot
 POST      /robots/{robot_id}/jogs/{jog_id}/stop          stop     robot
 GET       /robots/{robot_id}/units/{unit}/positions      view     robot
 PUT       /robots/{robot_id}/units/{unit}/positions      setup    robot
+PUT       /robots/{robot_id}/units/{unit}/positions/{number}/name   setup    robot
 GET       /robots/{robot_id}/units/{unit}/positions.csv  view     robot
 PUT       /robots/{robot_id}/units/{unit}/positions.csv  setup    robot
 GET       /robots/{robot_id}/units/{unit}/settings       view     robot

@@ -176,6 +176,29 @@ async def test_a_number_alone_stores_where_the_unit_stands(cell: Cell) -> None:
 
 
 @in_cell()
+async def test_names_are_given_with_positions_and_alone_without_a_word_on_the_wire(cell: Cell) -> None:
+    table, named = f"{UNIT}/positions?first=1&last=2", f"{UNIT}/positions/2/name"
+    upload = [{"number": 1, "axes": mm(X=1), "name": "load"}, {"number": 2, "axes": mm(X=2)}]
+    await cell.put(f"{UNIT}/positions", {"positions": upload})
+    before = cell.commands()
+    told = await cell.put(named, {"name": "置き場"})
+    assert told.json() == {"robot_id": "r1", "unit": 1, "number": 2, "name": "置き場"}
+    refused(await cell.put(f"{UNIT}/positions/2000/name", {"name": "x"}), 422)
+    refused(await cell.put("/robots/r1/units/3/positions/1/name", {"name": "x"}), 404)
+    assert cell.commands() == before
+    held = (await cell.get(table)).json()
+    assert [it["name"] for it in held["positions"]] == ["load", "置き場"]
+    await cell.put(f"{UNIT}/positions", held)  # sent back as it was told
+    await cell.put(f"{UNIT}/positions", {"positions": [{"number": 2, "axes": mm(X=3)}]})
+    assert (await cell.get(table)).json()["positions"][1]["name"] == "置き場"
+    await cell.put(named, {"name": None})
+    assert [it["name"] for it in (await cell.get(table)).json()["positions"]] == ["load", None]
+    other = table.replace("units/1", "units/2")
+    await cell.put(f"{other}", {"positions": [{"number": 1, "axes": mm(X=1)}]})
+    assert (await cell.get(other)).json()["positions"][0]["name"] is None
+
+
+@in_cell()
 async def test_a_table_as_excel_writes_it_is_read(cell: Cell) -> None:
     stored = await put_csv(cell, "\ufeffnumber;x mm;Y mm;Z MM\r\n1;10;20,5;-3\r\n2;-0,125;;7\r\n;;;\r\n")
     assert stored.json() == {"robot_id": "r1", "unit": 1, "count": 2}, stored.text

@@ -68,7 +68,7 @@ async def test_positions_are_stored_by_name_and_read_to_the_first_that_is_not_se
         axes = {"X": Amount(value=10.0, unit="mm"), "Z": Amount(value=1.0, unit="mm")}
         unit = it.robot.unit(1)
         assert numbers("axes", unit, unit.axes, axes) == [10.0, None, 1.0]
-        await store(it.robot, unit, [(5, [10.0, 2.0, 1.0])])
+        await store(it.plant, it.robot, unit, [(5, [10.0, 2.0, 1.0])])
         assert await read(it.robot, 1, 5, 9) == ([(5, [10.0, 2.0, 1.0])], 6)
         with pytest.raises(InvalidRequest, match="less than first"):
             await read(it.robot, 1, 5, 4)

@@ -190,6 +190,7 @@ from motion_gateway_client.generated.types import (
     Translations,
     UnitInfo,
     UnitPosition,
+    UnitPositionLabel,
     UnitSettings,
     UnitStatus,
     Uploaded,
@@ -1904,6 +1905,30 @@ class AsyncOperations(Protocol):
             "GET",
             filled("/robots/{robot_id}/units/{unit}/positions.csv", robot_id=robot_id, unit=unit),
             query={"first": first, "last": last},
+        )
+        return answer
+
+    async def name_unit_position(
+        self,
+        robot_id: str,
+        unit: int,
+        number: int,
+        body: PositionName,
+        /,
+        *,
+        idempotency_key: str | None = None,
+    ) -> UnitPositionLabel:
+        """Name a position. The gateway keeps the name; nothing is sent."""
+        answer: UnitPositionLabel = await self.call(
+            "PUT",
+            filled(
+                "/robots/{robot_id}/units/{unit}/positions/{number}/name",
+                robot_id=robot_id,
+                unit=unit,
+                number=number,
+            ),
+            body=body,
+            idempotency_key=idempotency_key,
         )
         return answer
 

@@ -190,6 +190,7 @@ from motion_gateway_client.generated.types import (
     Translations,
     UnitInfo,
     UnitPosition,
+    UnitPositionLabel,
     UnitSettings,
     UnitStatus,
     Uploaded,
@@ -1866,6 +1867,30 @@ class Operations(Protocol):
             "GET",
             filled("/robots/{robot_id}/units/{unit}/positions.csv", robot_id=robot_id, unit=unit),
             query={"first": first, "last": last},
+        )
+        return answer
+
+    def name_unit_position(
+        self,
+        robot_id: str,
+        unit: int,
+        number: int,
+        body: PositionName,
+        /,
+        *,
+        idempotency_key: str | None = None,
+    ) -> UnitPositionLabel:
+        """Name a position. The gateway keeps the name; nothing is sent."""
+        answer: UnitPositionLabel = self.call(
+            "PUT",
+            filled(
+                "/robots/{robot_id}/units/{unit}/positions/{number}/name",
+                robot_id=robot_id,
+                unit=unit,
+                number=number,
+            ),
+            body=body,
+            idempotency_key=idempotency_key,
         )
         return answer
 

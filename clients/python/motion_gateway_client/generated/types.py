@@ -4778,6 +4778,8 @@ class PositionEntry(TypedDict):
     number: int
     axes: NotRequired[AxisAmounts | None]
     """Coordinates by name; an axis that is not named is left out. Without axes, where the unit stands."""
+    name: NotRequired[str | None]
+    """Name of the position; left out or null, it keeps the name it has."""
 
 
 class PositionLabel(TypedDict):
@@ -7498,6 +7500,7 @@ class StoredEntry(TypedDict):
     """A stored position."""
 
     number: int
+    name: str | None
     axes: dict[str, AxisValue]
     """Coordinates by name, without the axes it has no coordinate for."""
 
@@ -7736,6 +7739,15 @@ class UnitPosition(TypedDict):
     """Time of the robot's answer."""
     age_ms: float
     """Age of the answer in ms when it was passed on."""
+
+
+class UnitPositionLabel(TypedDict):
+    """The name that a unit's position has now."""
+
+    robot_id: str
+    unit: int
+    number: int
+    name: str | None
 
 
 class UnitSettings(TypedDict):

@@ -2496,6 +2496,26 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/robots/{robot_id}/units/{unit}/positions/{number}/name": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        /**
+         * Name Unit Position
+         * @description Name a position. The gateway keeps the name; nothing is sent.
+         */
+        put: operations["nameUnitPosition"];
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/robots/{robot_id}/units/{unit}/settings": {
         parameters: {
             query?: never;
@@ -14666,6 +14686,11 @@ export interface components {
             number: number;
             /** @description Coordinates by name; an axis that is not named is left out. Without axes, where the unit stands. */
             axes?: components["schemas"]["AxisAmounts"] | null;
+            /**
+             * Name
+             * @description Name of the position; left out or null, it keeps the name it has.
+             */
+            name?: string | null;
         };
         /**
          * PositionLabel
@@ -21233,6 +21258,8 @@ export interface components {
         StoredEntry: {
             /** Number */
             number: number;
+            /** Name */
+            name: string | null;
             /**
              * Axes
              * @description Coordinates by name, without the axes it has no coordinate for.
@@ -21725,6 +21752,20 @@ export interface components {
              * @description Age of the answer in ms when it was passed on.
              */
             age_ms: number;
+        };
+        /**
+         * UnitPositionLabel
+         * @description The name that a unit's position has now.
+         */
+        UnitPositionLabel: {
+            /** Robot Id */
+            robot_id: string;
+            /** Unit */
+            unit: number;
+            /** Number */
+            number: number;
+            /** Name */
+            name: string | null;
         };
         /**
          * UnitSettings
@@ -28886,6 +28927,63 @@ export interface operations {
                 };
                 content: {
                     "text/csv": string;
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    nameUnitPosition: {
+        parameters: {
+            query?: never;
+            header?: {
+                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
+                "Idempotency-Key"?: string;
+            };
+            path: {
+                /**
+                 * @description The robot's id in the configuration.
+                 * @example r1
+                 */
+                robot_id: string;
+                /**
+                 * @description Number of the unit, from 1.
+                 * @example 1
+                 */
+                unit: number;
+                number: number;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["PositionName"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["UnitPositionLabel"];
                 };
             };
             /** @description Nothing was sent, and nothing will be: it may be asked again. */
