@@ -82,6 +82,7 @@ class ReplayPort(Transport):
     def __init__(self, line: Line) -> None:
         super().__init__(line.address)
         self.line = line
+        self.byte_time_s, self.is_bridged = line.byte_time_s, line.is_bridged
         self.sender: Callable[[], Sender] = lambda: (None, None)
         """The author of a frame, asked for at each write."""
         self.difference: Difference | None = None
@@ -93,16 +94,6 @@ class ReplayPort(Transport):
         """The numbers of the fences that were written then."""
         self._fences = self._drawn = 0
         """Numbers of fences that are written, and that were drawn to be written."""
-
-    @property
-    def byte_time_s(self) -> float:
-        """That of the recorded port."""
-        return self.line.byte_time_s
-
-    @property
-    def is_bridged(self) -> bool:
-        """As the recorded port."""
-        return self.line.is_bridged
 
     async def open(self, receiver: Receiver) -> None:
         """Open it, if it could be opened then."""

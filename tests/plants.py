@@ -92,19 +92,14 @@ class Wire(SimulatedLine):
 class TerminalServer(Wire):
     """A box on the network that takes frames at once, and passes them on at the speed of its serial port."""
 
+    is_bridged = True
+
     def __init__(self, machine: Rc400Line, baud: int | None = None) -> None:
         super().__init__(machine, baud)
+        self.byte_time_s = 0.0
         self._passed_on_at = 0.0
         self.reached_again_at = 0.0
         """Time until which the network holds everything back, both ways."""
-
-    @property
-    def byte_time_s(self) -> float:
-        return 0.0
-
-    @property
-    def is_bridged(self) -> bool:
-        return True
 
     def write(self, data: bytes) -> None:
         loop = asyncio.get_running_loop()

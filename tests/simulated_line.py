@@ -34,14 +34,10 @@ class SimulatedCable(Transport):
         """Each frame comes back, too, as with an adapter's local echo."""
         self.is_looped = False
         """Nothing else comes back, and nothing arrives: the wires are joined."""
-        self._byte_time_s = 10 / baud if baud else 0.0
+        self._byte_time_s = self.byte_time_s = 10 / baud if baud else 0.0
         self._free_at = 0.0
         self._receiver: Receiver | None = None
         self._timer: asyncio.TimerHandle | None = None
-
-    @property
-    def byte_time_s(self) -> float:
-        return self._byte_time_s
 
     async def open(self, receiver: Receiver) -> None:
         if not self.plugged_in:

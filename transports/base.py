@@ -36,23 +36,15 @@ class Receiver(Protocol):
 class Transport(ABC):
     """One port. It can be opened again after it was lost or closed."""
 
+    byte_time_s = 0.0
+    """Seconds one byte takes on the wire at this port's speed; 0.0 where the wire does not pace us."""
+    is_bridged = False
+    """True if a box at the far end passes the bytes on, at a speed that this port does not know."""
+    stuck_s = STUCK_S
+    """Seconds this port may take no bytes before it is to be opened anew."""
+
     def __init__(self, address: str) -> None:
         self.address = address
-
-    @property
-    def byte_time_s(self) -> float:
-        """Seconds one byte takes on the wire at this port's speed; 0.0 where the wire does not pace us."""
-        return 0.0
-
-    @property
-    def is_bridged(self) -> bool:
-        """Say whether a box at the far end passes the bytes on, at a speed that this port does not know."""
-        return False
-
-    @property
-    def stuck_s(self) -> float:
-        """Seconds this port may take no bytes before it is to be opened anew."""
-        return STUCK_S
 
     @abstractmethod
     async def open(self, receiver: Receiver) -> None:

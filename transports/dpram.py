@@ -79,13 +79,8 @@ class DpramPort(Transport):
         address.expect_options("map", "offset", "stride", "width", "size", "stuck_ms")
         self._path = address.path
         self._place = Place.read(address)
-        self._stuck_s = address.integer("stuck_ms", STUCK_MS, 1, 60_000) / 1000
+        self.stuck_s = address.integer("stuck_ms", STUCK_MS, 1, 60_000) / 1000
         self._session: _Session | None = None
-
-    @property
-    def stuck_s(self) -> float:
-        """`stuck_ms` of the address."""
-        return self._stuck_s
 
     async def open(self, receiver: Receiver) -> None:
         """Map the memory, empty both its sides and begin to poll; an open port is refused.
@@ -102,7 +97,7 @@ class DpramPort(Transport):
             raise TransportUnavailable(
                 f"{self.address} was not opened: {reason}. Nothing was sent."
             ) from error
-        self._session = _Session(self.address, memory, receiver, self._stuck_s)
+        self._session = _Session(self.address, memory, receiver, self.stuck_s)
 
     def write(self, data: bytes) -> None:
         """Put a message into the RAM now if it is free, else when Fics has taken the one before.

@@ -175,6 +175,8 @@ class Recorded(Transport):
     def __init__(self, transport: Transport, recorder: Recorder) -> None:
         super().__init__(transport.address)
         self._transport = transport
+        self.byte_time_s, self.is_bridged = transport.byte_time_s, transport.is_bridged
+        self.stuck_s = transport.stuck_s
         self._recorder = recorder
         self._receiver: Receiver | None = None
         self._fails = False
@@ -188,21 +190,6 @@ class Recorded(Transport):
             if not self._fails:
                 log.exception("The trace of %s has met a fault; the line goes on.", self.address)
             self._fails = True
-
-    @property
-    def byte_time_s(self) -> float:
-        """The recorded port's."""
-        return self._transport.byte_time_s
-
-    @property
-    def is_bridged(self) -> bool:
-        """The recorded port's."""
-        return self._transport.is_bridged
-
-    @property
-    def stuck_s(self) -> float:
-        """The recorded port's."""
-        return self._transport.stuck_s
 
     async def open(self, receiver: Receiver) -> None:
         """Open the recorded port."""

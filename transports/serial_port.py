@@ -46,12 +46,8 @@ class SerialPort(StreamTransport):
         address.expect_options("baud")
         self._device = address.path
         self._baud = address.integer("baud", DEFAULT_BAUD, *BAUD_RANGE)
+        self.byte_time_s = BITS_PER_BYTE / self._baud
         self._port: _Port | None = None
-
-    @property
-    def byte_time_s(self) -> float:
-        """Ten bit times."""
-        return BITS_PER_BYTE / self._baud
 
     def write(self, data: bytes) -> None:
         """Write straight to the port; its channel sends only what the port does not take now."""

@@ -26,6 +26,8 @@ SIOCOUTQNSD = 0x894B
 class TcpPort(StreamTransport):
     """`tcp://host:port`: a raw byte stream, without RFC 2217."""
 
+    is_bridged = True
+
     def __init__(self, address: Address) -> None:
         super().__init__(address.text)
         if not address.host or not address.port or address.path:
@@ -33,11 +35,6 @@ class TcpPort(StreamTransport):
         address.expect_options()
         self._host = address.host
         self._port = address.port
-
-    @property
-    def is_bridged(self) -> bool:
-        """A terminal server is."""
-        return True
 
     async def _connect(self) -> tuple[asyncio.Transport, Session]:
         loop = asyncio.get_running_loop()

@@ -106,10 +106,7 @@ class Port(Transport):
     def __init__(self, cable: Cable, life: "Life") -> None:
         super().__init__("simulated://")
         self._cable, self._life = cable, life
-
-    @property
-    def byte_time_s(self) -> float:
-        return self._cable.byte_time_s
+        self.byte_time_s = cable.byte_time_s
 
     async def open(self, receiver: Receiver) -> None:
         if not self._life.killed.is_set():

@@ -16,14 +16,8 @@ class LoopBack(Transport):
 
     receiver: Receiver | None = None
     waiting = 0
-
-    @property
-    def byte_time_s(self) -> float:
-        return 0.001
-
-    @property
-    def is_bridged(self) -> bool:
-        return True
+    byte_time_s = 0.001
+    is_bridged = True
 
     async def open(self, receiver: Receiver) -> None:
         self.receiver = receiver

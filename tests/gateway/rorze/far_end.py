@@ -39,7 +39,7 @@ class FarEnd(Transport):
         """True while the port holds back what is written to it."""
         self.openings: list[float] = []
         """Times of attempts to open the port."""
-        self._byte_time_s = 10 / baud if baud else 0.0
+        self.byte_time_s = 10 / baud if baud else 0.0
         self._scripts: dict[str, deque[tuple[tuple[float, Said], ...]]] = defaultdict(deque)
         self._receiver: Receiver | None = None
         self._last_reply_at = 0.0
@@ -75,10 +75,6 @@ class FarEnd(Transport):
 
     # Transport
 
-    @property
-    def byte_time_s(self) -> float:
-        return self._byte_time_s
-
     async def open(self, receiver: Receiver) -> None:
         self.openings.append(asyncio.get_running_loop().time())
         if not self.plugged_in:
@@ -94,7 +90,7 @@ class FarEnd(Transport):
         if self.stuck:
             self._held_back += len(data)
             return
-        heard_at = now + len(data) * self._byte_time_s
+        heard_at = now + len(data) * self.byte_time_s
         for delay_s, said in self._replies(frame):
             # Equal times would leave the order to the loop's heap.
             self._last_reply_at = max(heard_at + delay_s, self._last_reply_at + 1e-6)
@@ -125,7 +121,7 @@ class FarEnd(Transport):
             if receiver is not None and receiver is self._receiver:
                 receiver.data_received(data)
 
-        asyncio.get_running_loop().call_at(at + len(data) * self._byte_time_s, deliver)
+        asyncio.get_running_loop().call_at(at + len(data) * self.byte_time_s, deliver)
 
 
 def healthy(frame: str) -> str:
