@@ -39,7 +39,7 @@ from gateway.core.supervisor import Observers, do_each, do_in_turn, insist, supe
 from gateway.core.targets import Target
 from gateway.core.works import DurableJobs, Jobs
 from gateway.families import Packages
-from gateway.figures import Figures
+from gateway.logbook import Figures
 from gateway.membership import Membership
 from gateway.memory import Persistence
 from gateway.ownership import LOST, Ownership
@@ -632,7 +632,7 @@ class Plant:
         """Make the guard of a line's gate: an alarm may have come while a motion waited for its turn."""
 
         def guard(exchange: Exchange[Any, Any, Any], _: float) -> Latched | None:
-            starts = exchange.command.starts_motion()
+            starts = exchange.command.starts_motion
             return self._latched(line.address_of(exchange.target)) if starts else None
 
         return guard

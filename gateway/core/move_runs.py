@@ -25,12 +25,11 @@ from gateway.core.errors import (
 )
 from gateway.core.events import Event
 from gateway.core.journal.intents import OF_MOVES
-from gateway.core.move_log import MoveLog
+from gateway.core.move_log import MoveLog, Trajectories
 from gateway.core.move_record import LOST_AFTER_S, MoveError, MoveRecord, MoveStatus
 from gateway.core.next_calls import NextCall
 from gateway.core.origin import working
 from gateway.core.supervisor import do_each, insist, insist_after
-from gateway.core.trajectories import Trajectories
 from gateway.core.verdicts import (
     Begun,
     Finding,

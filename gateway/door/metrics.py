@@ -26,7 +26,7 @@ from gateway.core.line_state import LineState
 from gateway.core.load import Histogram
 from gateway.core.origin import Work
 from gateway.door.traffic import CLIENTS, Traffic
-from gateway.figures import OUTCOMES
+from gateway.logbook import OUTCOMES
 from gateway.plant import Plant
 from gateway.version import VERSION
 

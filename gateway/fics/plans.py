@@ -10,8 +10,8 @@ from pydantic import Field
 
 from gateway.core.errors import ControllerRefused, GatewayError
 from gateway.core.exchange import Lane
+from gateway.core.move_log import Trajectory
 from gateway.core.records import Record
-from gateway.core.trajectories import Trajectory
 from gateway.fics.axes import AxisDuration, AxisDurations, AxisUnits, AxisValues, CoordinateSystem, Places
 from gateway.fics.conversation import STATE_FORBIDS
 from gateway.fics.errors import NotHomed, PositionUnknown

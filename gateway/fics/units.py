@@ -9,7 +9,7 @@ from typing_extensions import TypeAliasType
 from gateway.core.errors import ControllerRefused, GarbledReply, GatewayError, InvalidRequest
 from gateway.core.events import Data, Event
 from gateway.core.exchange import Lane
-from gateway.core.trajectories import Trajectory
+from gateway.core.move_log import Trajectory
 from gateway.fics.axes import AskedUnit, CoordinateSystem, Places, UnitAxes, at_rest, unit_of
 from gateway.fics.bits import Bits
 from gateway.fics.conversation import Answers, Conversation, answered_now, deadline_of

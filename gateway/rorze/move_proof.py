@@ -15,12 +15,12 @@ from gateway.core.errors import (
     QueueFull,
 )
 from gateway.core.exchange import Lane
+from gateway.core.move_log import Trajectory
 from gateway.core.move_record import Move, MoveStatus
 from gateway.core.move_runs import Found, MoveRun, MoveRuns, found
 from gateway.core.next_calls import NextCall
 from gateway.core.supervisor import do_each
 from gateway.core.times import happens
-from gateway.core.trajectories import Trajectory
 from gateway.core.verdicts import AtRest, Begun, Heard, Place, Power, Stop, Told, VerdictWords, row_of
 from gateway.rorze.alarms import calls_for_body
 from gateway.rorze.asked_body import believed

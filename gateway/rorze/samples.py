@@ -7,9 +7,9 @@ from typing import Any, Final
 from pydantic import Field
 
 from gateway.core.errors import ControllerRefused, GatewayError
+from gateway.core.move_log import Trajectory
 from gateway.core.move_record import Move, MoveKind
 from gateway.core.records import Record
-from gateway.core.trajectories import Trajectory
 from gateway.rorze.bodies import Body
 from gateway.rorze.plans import Planned, trajectory_of
 from protocols.rorze.profile import ProfileError

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from gateway.core.event_ring import BLOCK, LONGEST_PAUSE_S, PAUSE, SLICE, SLICE_S, EventRing, KeptEvent, Turns
+from gateway.core.events import BLOCK, LONGEST_PAUSE_S, PAUSE, SLICE, SLICE_S, EventRing, KeptEvent, Turns
 from tests.virtual_time import run_virtual
 
 

@@ -10,7 +10,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from gateway.core.errors import InvalidRequest
-from gateway.core.event_ring import Turns
 from gateway.core.events import (
     BATCH,
     GAP,
@@ -23,6 +22,7 @@ from gateway.core.events import (
     Filter,
     SlowConsumer,
     Subscription,
+    Turns,
     Writer,
 )
 from gateway.rorze.stops import StopReport

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from gateway.core.errors import NotFound
-from gateway.core.trajectories import PLACES, WAYS, Trajectories, Trajectory
+from gateway.core.move_log import PLACES, WAYS, Trajectories, Trajectory
 
 NOON = datetime(2026, 11, 22, 12, tzinfo=UTC)
 
