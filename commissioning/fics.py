@@ -87,7 +87,7 @@ class FicsBench(Bench):
         frame = self.frame(command)
         since = len(self.talk.heard)
         self.talk.send(frame)
-        names = [name for name in command.reply_names() if name]
+        names = [name for name in command.reply_names if name]
 
         def answers(lines: Sequence[Heard]) -> list[Frame]:
             return [frame for frame in _frames(lines) if getattr(frame, "name", None) in names]
@@ -153,7 +153,7 @@ async def half_robot_command(row: Assumption, bench: FicsBench) -> Finding:
         return cannot_tell(row, NOBODY)
     question = GetSystemVersion()
     since = len(bench.talk.heard)
-    bench.talk.send(question.text().encode("ascii"))
+    bench.talk.send(question.text.encode("ascii"))
     await bench.pause(SETTLES_S)
     ending = CLEARING + TERMINATORS[bench.terminator]
     bench.talk.send(ending)

@@ -348,6 +348,7 @@ class Spoken(BaseModel):
         given = self._given()
         return self._writer[given].write({name: getattr(self, name) for name in given})
 
+    @cached_property
     def form_index(self) -> int:
         """Index of the row's form that writes this command."""
         return self.forms.index(self._writer[self._given()])
@@ -403,6 +404,8 @@ class Command(Spoken, Generic[R_co]):
     """True if the command only chooses the subject of later commands; it moves and sets nothing."""
     starts: ClassVar[bool] = True
     """True for a motion with an end that the controller shows; false to change one, and for programs."""
+    starts_motion: ClassVar[bool] = True
+    """True if the command sets a motor moving, to an end that the controller shows."""
     echo: ClassVar[tuple[str, ...]] = ()
     """Fields that the reply repeats and that must be equal."""
     example: ClassVar[tuple[Any, ...]] = ()
@@ -434,11 +437,7 @@ class Command(Spoken, Generic[R_co]):
         retry = columns["retry"]
         if isinstance(retry, Retry) and columns["effect"] is None and retry in _EFFECTS:
             cls.effect = _EFFECTS[retry]
-
-    @classmethod
-    def starts_motion(cls) -> bool:
-        """Say whether the command sets a motor moving, to an end that the controller shows."""
-        return cls.effect is Effect.MOTION and cls.starts
+        cls.starts_motion = cls.effect is Effect.MOTION and cls.starts
 
     @classmethod
     def name(cls) -> str:
@@ -461,9 +460,10 @@ class Command(Spoken, Generic[R_co]):
         """The retry class of this very command."""
         return self.retry
 
+    @cached_property
     def may_repeat(self) -> bool:
-        """Say whether the gateway may repeat the command after a missing reply."""
-        return self.retry is Retry.READ and self.retry_class() is Retry.READ
+        """True if the gateway may repeat the command after a missing reply."""
+        return self.retry_class() is Retry.READ
 
     def read_reply(self, text: str | bytes) -> R_co:
         """Decode the payload of the reply to this very command.
@@ -476,7 +476,7 @@ class Command(Spoken, Generic[R_co]):
         model: Any = self.reply_type()
         forms: tuple[Form, ...] = model.forms
         if len(forms) == len(self.forms) > 1:
-            forms = (forms[self.form_index()],)
+            forms = (forms[self.form_index],)
         reply: R_co = model.read_form(text, forms)
         for name in self.echo:
             asked, repeated = getattr(self, name), getattr(reply, name)

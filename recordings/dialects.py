@@ -202,7 +202,7 @@ class Fics(Dialect):
     def answers(self, reply: bytes, frame: bytes) -> bool:
         """With the same name, or one by which its row is answered, as POR is by POS and POE."""
         row, name = self._row(frame), frame.lstrip(b"!\r")[:3].decode("latin-1")
-        return reply[:3].decode("latin-1") in {name, *(row.reply_names() if row else ())}
+        return reply[:3].decode("latin-1") in {name, *(row.reply_names if row else ())}
 
     @staticmethod
     def _row(frame: bytes) -> FicsCommand[Any] | None:

@@ -42,7 +42,7 @@ def send(
     target = find(client, address)
     row, path = _of_robot(target, command) if target.kind == "robots" else _of_body(target, command)
     path, content = f"{path}/commands/{row.name()}", row.model_dump(mode="json", exclude_none=True)
-    if row.starts_motion():
+    if row.starts_motion:
         _move(client, path, content, wait)
     with going_on_after("the command"):
         answer = client.request("POST", path, content)

@@ -243,7 +243,7 @@ class NoReply(GatewayError):
         super().__init__(detail, remedy)
         if command is not None and command.effect not in (Effect.MOTION, Effect.STOP):
             self.moved = "no"
-            self.retryable = command.may_repeat()
+            self.retryable = command.may_repeat
 
 
 class GarbledReply(NoReply):

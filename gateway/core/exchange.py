@@ -176,7 +176,7 @@ class Exchange(ABC, Generic[C, F, O]):
         """Say whether one trip on the wire serves both."""
         if self.lane is not other.lane or self.frame != other.frame or other.on_written is not None:
             return False
-        return self.lane is Lane.STOP or (self.lane in QUESTIONS and self.command.may_repeat())
+        return self.lane is Lane.STOP or (self.lane in QUESTIONS and self.command.may_repeat)
 
     def take_over(self, other: "Exchange[C, F, O]") -> None:
         """Take over the waiters of an equal exchange, each with its own deadline."""
@@ -215,7 +215,7 @@ class Exchange(ABC, Generic[C, F, O]):
 
 def remedy_of(command: Command[Any]) -> str:
     """Say what to do if the outcome of a command is unknown."""
-    if command.may_repeat():
+    if command.may_repeat:
         return "Ask again."
     if command.retry_class() is Retry.SETTING:
         return "Read back whether it was set."

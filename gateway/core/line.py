@@ -12,7 +12,7 @@ from contextlib import asynccontextmanager, contextmanager
 from dataclasses import dataclass
 from functools import partial
 from math import inf
-from typing import Any, Generic, Protocol, TypeVar, cast
+from typing import Any, ClassVar, Generic, Protocol, TypeVar, cast
 
 from gateway.core.admission import Admission
 from gateway.core.errors import (
@@ -444,6 +444,9 @@ class PortLoop(ABC):
 class LineDriver(PortLoop, Generic[X, W, F]):
     """A port with its session: what is asked waits there for its turn, and not for longer than it may."""
 
+    _unasked: ClassVar[tuple[type, ...]] = ()
+    """Types of the frames that come without a question."""
+
     def __init__(
         self,
         line_id: str,
@@ -534,9 +537,8 @@ class LineDriver(PortLoop, Generic[X, W, F]):
         """Find the subject of a frame; where frames have no address, all have the same."""
         return FrameSubject(UNNAMED)
 
-    def _take(self, frame: W) -> None:
-        """Hear a frame, let the next one go, and only then settle what it answers."""
-        self._receive(cast("F", frame))
+    def _hear(self, message: W) -> None:
+        """Hear a frame of a type that comes without a question."""
 
     def _in_step(self) -> bool:
         return self._session.in_step
@@ -613,8 +615,10 @@ class LineDriver(PortLoop, Generic[X, W, F]):
             for frame in self._reader.feed(data):
                 if isinstance(frame, Garbage):
                     self._receive_noise(frame)
+                elif isinstance(frame, self._unasked):
+                    self._hear(frame)
                 else:
-                    self._take(frame)
+                    self._receive(cast("F", frame))
         except Exception as fault:
             self._survive(fault)
 

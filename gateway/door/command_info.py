@@ -43,7 +43,7 @@ def shared(row: type[Command[Any]]) -> dict[str, Any]:
         "parameters": row.model_json_schema(),
         "reply": row.reply_type().model_json_schema(),
         "usage": row.usage(),
-        "starts_motion": row.starts_motion(),
+        "starts_motion": row.starts_motion,
         "effect": row.effect,
         "right": RIGHT_OF[row.effect],
         "retry": row.retry,

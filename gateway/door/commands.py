@@ -65,7 +65,7 @@ async def _stop(plant: Plant, target: Target, stop: StopRequest = SLOWLY) -> Sto
 
 
 def _operation(family: type[Family], place: TargetKind, row: Row) -> Operation:
-    waits = row.starts_motion() and row not in family.sessions
+    waits = row.starts_motion and row not in family.sessions
 
     async def send(plant: Plant, command: Any, wait: float | None = None, **names: object) -> Any:
         return await do_admitted(plant, place.path.format(**names), command, wait or 0.0)
@@ -94,7 +94,7 @@ def _results(family: type[Family], place: TargetKind, row: Row) -> dict[str, Any
     """The result of a row, as arguments of its operation: an open session, a move, a stop or a reply."""
     if row in family.sessions:
         return {"result": family.sessions[row], "opens": True}
-    if row.starts_motion():
+    if row.starts_motion:
         return {"result": GroupMove if place.members else place.move, "moves": True}
     if row in family.stop_modes:
         return {"result": StopResult}

@@ -48,7 +48,7 @@ async def do_admitted(
     if command.effect is Effect.STOP:
         return await twice("a stop", _stop_by, plant, target, command)
     addressed = plant.target(target)
-    if not command.starts_motion():
+    if not command.starts_motion:
         return await addressed.ask(command)
     plant.require_unlatched(addressed.address)
     return await addressed.start_and_wait(command, wait_s, start_within_s)

@@ -135,7 +135,7 @@ class RobotRestore:
                 own += [BeginPositionUpload(first=first), *positions, EndPositionUpload()]
             several = len(self.robot.units) > 1
             commands += [SelectUnit(unit=unit.number), *own] if own and several else own
-        return [command.text() for command in commands]
+        return [command.text for command in commands]
 
     def _units(self) -> list[RobotUnit]:
         return [self.robot.unit(number) for number in self.wanted.units]

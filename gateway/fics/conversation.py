@@ -193,7 +193,7 @@ class Conversation:
             return _nobody_knows(command)  # it may be that of what else was said, or garbled, since the last
         if kind is FicsErrorKind.COMMUNICATION:
             return _nobody_knows(command) if older_may_hide else FicsRefusal(command.wire_name(), told)
-        if command.starts_motion():
+        if command.starts_motion:
             return SystemFailure(command.wire_name(), told)
         return _nobody_knows(command)  # the error stands whatever was said, and hides a refusal
 
@@ -643,7 +643,7 @@ class Conversation:
             isinstance(said, GatewayError) and not isinstance(said, NoReply)
         ):
             return said
-        sent = f"{command.text()} was sent to {self.robot_id}"
+        sent = f"{command.text} was sent to {self.robot_id}"
         query = query_of(command)
         if query is None:
             return said if isinstance(said, NoReply) or said.confirmed else _unproved(sent, command)
@@ -666,10 +666,10 @@ class Conversation:
         self, query: FicsCommand[Any], number: int | None, expires_at: float | None
     ) -> "asyncio.Task[Answers | GatewayError]":
         """The equal question that waits, or a new one."""
-        question = (number, query.text())
+        question = (number, query.text)
         if question not in self._waiting:
             asking = self._ask_for_all(query, question, expires_at)
-            self._waiting[question] = self._begin(asking, f"question {query.text()}")
+            self._waiting[question] = self._begin(asking, f"question {query.text}")
         return self._waiting[question]
 
     async def _ask_for_all(

@@ -118,7 +118,7 @@ class FicsExchange(Exchange[FicsCommand[Any], ReplyFrame, RobotAnswered | FicsRe
         if isinstance(said.frame, _NOT_DONE):
             return False
         if said.exchange.frame == self.frame:
-            return command.may_repeat() and not self.fresh and said.number >= self.outdated_before
+            return command.may_repeat and not self.fresh and said.number >= self.outdated_before
         return type(said.exchange.command) is type(command) and command.is_told_apart()
 
     def shares(

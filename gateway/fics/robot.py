@@ -169,7 +169,7 @@ def _require_alone(command: FicsCommand[Any]) -> None:
     """
     if remedy := _KEPT_BACK.get(type(command)):
         raise InvalidRequest(f"{command.wire_name()} is not sent alone; nothing was sent.", remedy)
-    if command.starts_motion():
+    if command.starts_motion:
         raise InvalidRequest(f"{command.wire_name()} starts a move; nothing was sent.", "Start a move.")
 
 

@@ -18,7 +18,8 @@ from gateway.core.session import READ_REPEATS, Awaited, Session
 from gateway.fics.errors import NotProved, RobotOffline
 from gateway.fics.exchange import ROBOT, SET_UP, FicsExchange, Proof, ReplyFrame, RobotAnswered
 from protocols.fics.alarms import GetErrorDetail
-from protocols.fics.link import Completion, FicsRefusal, Terminator, Ver3Reader, credit, encode, line_of
+from protocols.fics.link import Completion, FicsRefusal, Terminator, Ver3Reader, credit, line_of
+from protocols.fics.link import frame as framed
 from protocols.fics.motor_axes import GetMotorPosition
 from protocols.fics.positions import BeginPositionUpload, EndPositionUpload
 from protocols.fics.row import BLOCK_ERRORS, UPLOAD_ERROR, Block, FicsCommand, WhenAnswered
@@ -177,7 +178,7 @@ class FicsSession(Session[FicsExchange, ReplyFrame]):
         quick = may_be_silent and not self._forbidding.isdisjoint(command.blocked) and self._fresh_queries()
         return FicsExchange(
             command,
-            encode(command, self.terminator),
+            framed(command.text, self.terminator),
             lane,
             target=target,
             epoch=self.epoch(target) if lane is Lane.COMMAND else 0,
@@ -185,7 +186,7 @@ class FicsSession(Session[FicsExchange, ReplyFrame]):
             reply=ExpectedReply(
                 timeout_s=min(QUICK_S, self.terms.reply_timeout_s) if quick else self.terms.reply_timeout_s,
                 repeats=READ_REPEATS if command.retry is Retry.READ and not may_be_silent else 0,
-                names=command.reply_names(),
+                names=command.reply_names,
             ),
         )
 
@@ -434,4 +435,4 @@ def _ends_upload(exchange: FicsExchange) -> bool:
 
 
 def _is_answered_at_its_end(command: FicsCommand[Any]) -> bool:
-    return command.answered is WhenAnswered.ON_COMPLETION and command.starts_motion()
+    return command.answered is WhenAnswered.ON_COMPLETION and command.starts_motion

@@ -191,7 +191,7 @@ async def _open(conversation: Conversation, first: int, epoch: int) -> AsyncIter
 
 
 async def _see_cleared(unit: RobotUnit, command: ClearPositions, numbers: Sequence[int]) -> None:
-    sent = f"{command.text()} was sent to {unit.address}"
+    sent = f"{command.text} was sent to {unit.address}"
     for number in dict.fromkeys(numbers):
         try:
             still_set = await _is_set(unit, number)

@@ -325,9 +325,12 @@ class Body(Looked):
         self.forbid_renaming(command)
         lane = lane_of(command) if lane is None else lane
         future = self.line.submit(self.number, command, lane, expires_at=expires_at, on_written=on_written)
-        self.was_sent(command)
-        outcome = await future
-        self.was_sent(command)
+        if command.effect is Effect.READ:
+            outcome = await future
+        else:
+            self.was_sent(command)
+            outcome = await future
+            self.was_sent(command)
         if isinstance(outcome, NoReply):
             self.perhaps_did(command)
         try:
@@ -502,7 +505,7 @@ class Body(Looked):
 
     def drop(self, unwanted: Callable[[RorzeExchange], bool], reason: GatewayError) -> None:
         """Take commands out of its queue."""
-        self.line.cancel(lambda exchange: exchange.body == self.number and unwanted(exchange), reason)
+        self.line.cancel(lambda exchange: exchange.target == self.number and unwanted(exchange), reason)
 
     def runs_no_program(self) -> bool:
         """True if it has said so of late, and nothing was seen since that could start one.
@@ -529,7 +532,7 @@ class Body(Looked):
 
         :raises BodyBusy: it has a move that is not over.
         """
-        if self.move is not None and isinstance(command, RENAMING):
+        if type(command) in RENAMING and self.move is not None:
             raise BodyBusy(
                 f"{self.address} still has the move {self.move.id}; {command.code} was not sent.",
                 "Wait for its end or stop it.",

@@ -10,10 +10,12 @@ from typing import Final, Literal, NamedTuple
 
 from gateway.core.drawn import BY, drawn_table, states
 from gateway.rorze.knowledge import ENDS
+from protocols.members import at_hand
 
 Part = Literal["motor", "move", "program", "stop", "reach"]
 
 
+@at_hand
 class BodyNews(Enum):
     """News of a body."""
 
@@ -34,6 +36,7 @@ class BodyNews(Enum):
     OUT_OF_REACH = "nobody on its line is heard"
 
 
+@at_hand
 class BodyAction(Enum):
     """Reactions to it."""
 
@@ -91,6 +94,11 @@ TABLES: Final[Mapping[Part, Mapping[str, Mapping[BodyNews, BodyStep]]]] = {
 }
 """Five tables side by side: a body that moves may be in a program, and be stopped. All other news changes
 nothing; a body that was silent since its last motion command may have lost its power meanwhile."""
+_PARTS: Final = {
+    news: [part for part, table in TABLES.items() if any(news in steps for steps in table.values())]
+    for news in BodyNews
+}
+"""The parts that each piece of news may change."""
 _MOVES: Final[Mapping[str, bool | None]] = {"not known": None, "at rest": False, "moving": True}
 
 
@@ -105,11 +113,11 @@ class BodyLife:
     def hear(self, news: BodyNews) -> BodyAction:
         """Go on to the next states, and give what is to be done."""
         action = BodyAction.NONE
-        for part, table in TABLES.items():
-            step = table[self._states[part]].get(news)
+        for part in _PARTS[news]:
+            step = TABLES[part][self._states[part]].get(news)
             if step is not None:
                 self._states[part] = step.state
-                action = step.action if step.action.value else action
+                action = action if step.action is BodyAction.NONE else step.action
         if action is BodyAction.ASK:
             self.look_due.set()
         return action
@@ -144,7 +152,7 @@ def drawing() -> str:
     """The tables as a page of the documentation."""
     pages = []
     for part, table in TABLES.items():
-        heard = [news for news in BodyNews if any(news in steps for steps in table.values())]
+        heard = [news for news in BodyNews if part in _PARTS[news]]
         page = states((part.capitalize(),), heard, table).replace(f"{BY}\n\n", "")
         pages.append(f"#{page}")
     facts = [(f"**{fact}**", *by.drawn()) for fact, by in ENDS.items()]

@@ -92,7 +92,7 @@ async def define(group: Group, old: Group | None) -> None:
     if old is not None:
         old.in_force = False
         group.line.cancel(
-            lambda exchange: exchange.body == old.number and exchange.lane is not Lane.STOP, old.redefined()
+            lambda exchange: exchange.target == old.number and exchange.lane is not Lane.STOP, old.redefined()
         )
     try:
         await group.line.define_group(group.number, [body.number for body in group.members])

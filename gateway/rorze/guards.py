@@ -4,7 +4,7 @@ from collections.abc import Callable, Sequence
 
 from gateway.core.errors import BodyBusy, Cancelled, GatewayError, InvalidRequest
 from gateway.rorze.bodies import Body
-from gateway.rorze.line import Line
+from gateway.rorze.line import Line, shown
 from gateway.rorze.power import needs_place
 from gateway.rorze.session import RorzeExchange
 from protocols.rorze.programs import RunProgram, StepProgram
@@ -33,13 +33,16 @@ class Guards:
         """True if an exchange would change a body to which a backup is being restored."""
         self._refuses_program = refuses_program
         """Why the program of a body must not be started now."""
-        for guard in (
-            self._flash_while_moving,
-            self._motion_at_the_wrong_time,
-            self._amid_an_upload,
-            self._amid_a_restore,
-        ):
-            line.gate.add(guard)
+        line.gate.add(self._refuses)
+
+    def _refuses(self, exchange: RorzeExchange, now: float) -> GatewayError | None:
+        reached = self._reached_by(exchange)
+        return (
+            self._flash_while_moving(exchange)
+            or self._motion_at_the_wrong_time(exchange, reached, now)
+            or self._amid_an_upload(exchange, reached)
+            or self._amid_a_restore(exchange, reached)
+        )
 
     def _reached_by(self, exchange: RorzeExchange) -> list[Body]:
         alone = self._bodies.get(exchange.target)
@@ -48,7 +51,7 @@ class Guards:
         members = self._line.groups.get(exchange.target, ())
         return [body for number, body in self._bodies.items() if number in members]
 
-    def _flash_while_moving(self, exchange: RorzeExchange, _: float) -> GatewayError | None:
+    def _flash_while_moving(self, exchange: RorzeExchange) -> GatewayError | None:
         """A flash command holds up the line for 1.5 s: not while anything moves there, or may move."""
         if not exchange.command.takes_s:
             return None
@@ -64,20 +67,22 @@ class Guards:
             )
         return None
 
-    def _motion_at_the_wrong_time(self, exchange: RorzeExchange, now: float) -> GatewayError | None:
+    def _motion_at_the_wrong_time(
+        self, exchange: RorzeExchange, reached: Sequence[Body], now: float
+    ) -> GatewayError | None:
         """Refuse a motion before a stop is confirmed, to a lost place, or without a known end."""
         if exchange.command.effect is not Effect.MOTION:
             return None
         return (
-            self._while_stopping(exchange)
-            or self._to_a_lost_place(exchange, now)
-            or self._without_a_move(exchange)
-            or self._program_without_end(exchange)
+            self._while_stopping(reached)
+            or self._to_a_lost_place(exchange, reached, now)
+            or self._without_a_move(exchange, reached)
+            or self._program_without_end(exchange, reached)
         )
 
-    def _while_stopping(self, exchange: RorzeExchange) -> GatewayError | None:
+    def _while_stopping(self, reached: Sequence[Body]) -> GatewayError | None:
         """Until a stop is confirmed nothing is sent that could move the motor again."""
-        stopping = [body.address for body in self._reached_by(exchange) if self._stopping(body)]
+        stopping = [body.address for body in reached if self._stopping(body)]
         if not stopping:
             return None
         return Cancelled(
@@ -85,24 +90,27 @@ class Guards:
             "Wait for standstill.",
         )
 
-    def _to_a_lost_place(self, exchange: RorzeExchange, now: float) -> GatewayError | None:
+    def _to_a_lost_place(
+        self, exchange: RorzeExchange, reached: Sequence[Body], now: float
+    ) -> GatewayError | None:
         """A motion to a place is written only where the place is what it was when it was asked for."""
         if not needs_place(exchange.command):
             return None
-        for body in self._reached_by(exchange):
+        for body in reached:
             refusal = body.power.refuses_write(body.address, exchange.command, now)
             if refusal is not None:
                 return refusal
         return None
 
-    def _without_a_move(self, exchange: RorzeExchange) -> GatewayError | None:
+    def _without_a_move(self, exchange: RorzeExchange, reached: Sequence[Body]) -> GatewayError | None:
         """Refuse a motion without a record of its move, on any path: it would not be followed to its end."""
         command = exchange.command
-        if not command.starts_motion():
+        if not command.starts_motion:
             return None
-        frame = self._line.frame_of(exchange.body, command)
-        for body in self._reached_by(exchange):
-            if body.move is None or body.move.frame != frame:
+        frame = shown(exchange.frame)
+        for body in reached:
+            move = body.move
+            if move is None or move.frame != frame:
                 return InvalidRequest(
                     f"{command.code} starts a move, and {body.address} has no record of it; "
                     "nothing was sent.",
@@ -110,17 +118,17 @@ class Guards:
                 )
         return None
 
-    def _program_without_end(self, exchange: RorzeExchange) -> GatewayError | None:
+    def _program_without_end(self, exchange: RorzeExchange, reached: Sequence[Body]) -> GatewayError | None:
         """A program is started only where it was seen to have no move without an end."""
         command = exchange.command
         if not isinstance(command, RunProgram | StepProgram):
             return None
-        refusals = (self._refuses_program(body, command.code) for body in self._reached_by(exchange))
+        refusals = (self._refuses_program(body, command.code) for body in reached)
         return next((refusal for refusal in refusals if refusal is not None), None)
 
-    def _amid_an_upload(self, exchange: RorzeExchange, _: float) -> GatewayError | None:
+    def _amid_an_upload(self, exchange: RorzeExchange, reached: Sequence[Body]) -> GatewayError | None:
         """While a program is uploaded nothing else changes or runs it, and nothing moves the motor."""
-        uploading = [body.address for body in self._reached_by(exchange) if self._keeps_out(body, exchange)]
+        uploading = [body.address for body in reached if self._keeps_out(body, exchange)]
         if not uploading:
             return None
         return BodyBusy(
@@ -128,9 +136,9 @@ class Guards:
             "Wait for its end or cancel it.",
         )
 
-    def _amid_a_restore(self, exchange: RorzeExchange, _: float) -> GatewayError | None:
+    def _amid_a_restore(self, exchange: RorzeExchange, reached: Sequence[Body]) -> GatewayError | None:
         """While a backup is restored nothing else changes the body, and nothing moves the motor."""
-        restored = [body.address for body in self._reached_by(exchange) if self._restored(body, exchange)]
+        restored = [body.address for body in reached if self._restored(body, exchange)]
         if not restored:
             return None
         return BodyBusy(

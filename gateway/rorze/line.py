@@ -7,7 +7,7 @@ import re
 from collections import deque
 from collections.abc import Awaitable, Callable, Coroutine, Iterable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, contextmanager
-from typing import Any
+from typing import Any, cast, get_args
 
 from gateway.core.errors import BodyOffline, GarbledReply, GatewayError, NoReply
 from gateway.core.exchange import STOPS, Lane
@@ -113,6 +113,7 @@ class Line(LineDriver[RorzeExchange, ReplyFrame | Message, ReplyFrame]):
     """One port with its RC-400 and bodies."""
 
     _session: RorzeSession
+    _unasked = get_args(Message)
 
     def __init__(
         self,
@@ -226,7 +227,7 @@ class Line(LineDriver[RorzeExchange, ReplyFrame | Message, ReplyFrame]):
 
     def frame_of(self, body: int, command: RorzeCommand[Any]) -> str:
         """Show the exact frame of a command as text, with its CR escaped."""
-        return self._session.frame_of(body, command).decode("ascii").replace("\r", "\\r")
+        return shown(self._session.frame_of(body, command))
 
     def subject_of(self, frame: bytes) -> FrameSubject:
         """A frame is about its address; a group's about all members, and a reply about those it names."""
@@ -375,7 +376,7 @@ class Line(LineDriver[RorzeExchange, ReplyFrame | Message, ReplyFrame]):
             self.require_fit()
         if not self._life.is_open:
             raise self._down()
-        if body in self.offline and lane not in STOPS:
+        if body in self._session.offline and lane not in STOPS:
             raise self.presence.offline_error(body)
         exchange = self._session.exchange(body, command, lane)
         if expires_at is None and lane in PEOPLE_WAIT:
@@ -401,12 +402,9 @@ class Line(LineDriver[RorzeExchange, ReplyFrame | Message, ReplyFrame]):
 
     # reading
 
-    def _take(self, frame: ReplyFrame | Message) -> None:
-        if isinstance(frame, ReplyFrame):
-            self._receive(frame)
-        else:
-            self.counters["messages"] += 1
-            self.on_message(frame)
+    def _hear(self, message: ReplyFrame | Message) -> None:
+        self.counters["messages"] += 1
+        self.on_message(cast("Message", message))
 
     def _grew_strict(self, strict: bool) -> None:
         if strict:
@@ -528,3 +526,8 @@ _LANES = {Effect.STOP: Lane.STOP, Effect.READ: Lane.READ}
 def lane_of(command: RorzeCommand[Any]) -> Lane:
     """The lane a command belongs to by its nature."""
     return _LANES.get(command.effect, Lane.COMMAND)
+
+
+def shown(frame: bytes) -> str:
+    """Show a frame as text, with its CR escaped."""
+    return frame.decode("ascii").replace("\r", "\\r")

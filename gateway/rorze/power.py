@@ -69,7 +69,7 @@ def needs_place(command: RorzeCommand[Any]) -> bool:
         return isinstance(command.distance, PositionReference)
     if isinstance(command, OriginSearch | CentreStallDog):
         return False
-    return command.starts_motion() or isinstance(command, STARTS_PROGRAM)
+    return command.starts_motion or isinstance(command, STARTS_PROGRAM)
 
 
 def _asks_for_setting(code: str) -> bool:
@@ -295,7 +295,7 @@ class BodyPower(Tracker):
         if type(command) is SaveSettings:
             self.mark.saved = True
             self.on_memory()
-        if command.starts_motion() or not is_known or type(command) in _ELSEWHERE:
+        if command.starts_motion or not is_known or type(command) in _ELSEWHERE:
             self.signs.forget_place()
 
     def done(self, command: RorzeCommand[Any], *, certain: bool) -> None:
@@ -402,7 +402,7 @@ class BodyPower(Tracker):
         if not self.needs_origin or not needs_place(command):
             return None
         refusal = self.refusal(address, command)
-        if refusal is None and command.starts_motion() and now - self.proved_at > PROOF_HOLDS_S:
+        if refusal is None and command.starts_motion and now - self.proved_at > PROOF_HOLDS_S:
             return ProofTooOld(
                 f"{address} was not asked right before whether it has kept its power; {command.code} was not "
                 "sent.",

@@ -15,7 +15,8 @@ from gateway.core.session import Awaited, Session, Settle
 from gateway.rorze.errors import is_evasive
 from gateway.texts import Text
 from protocols.rorze.errors import lookup
-from protocols.rorze.link import HALF_COMMAND_ENDS, Answer, GroupAnswer, HalfCommandEnd, Refusal, encode
+from protocols.rorze.link import HALF_COMMAND_ENDS, Answer, GroupAnswer, HalfCommandEnd, Refusal
+from protocols.rorze.link import frame as framed
 from protocols.rorze.notation import PositionReference
 from protocols.rorze.position_table import GetNumberedPositionEntry
 from protocols.rorze.row import LAST_BODY, LINK_MASTER, RorzeCommand
@@ -44,11 +45,6 @@ Outcome = Answered | Refusal | GatewayError
 @dataclass(eq=False, slots=True)
 class RorzeExchange(Exchange[RorzeCommand[Any], ReplyFrame, Answered | Refusal]):
     """A command for a body, a group or the link master."""
-
-    @property
-    def body(self) -> int:
-        """The number of the body, group or link master."""
-        return self.target
 
     @property
     def key(self) -> tuple[int, str]:
@@ -88,7 +84,7 @@ class RorzeExchange(Exchange[RorzeCommand[Any], ReplyFrame, Answered | Refusal])
         It is right where the very same was asked, and asking changes nothing: that was true a moment ago.
         """
         if said.exchange.frame == self.frame:
-            return not self.command.may_repeat()
+            return not self.command.may_repeat
         return self.credit(said.frame, 0.0) is not None
 
     def _member_replies(self, frame: GroupAnswer) -> dict[int, Reply | Refusal]:
@@ -302,7 +298,7 @@ class RorzeSession(Session[RorzeExchange, ReplyFrame]):
 
         The old forms have one digit of body number: groups and the link master have no place in it.
         """
-        return encode(body, command, self.form.introducer if body <= 0xF else "&")
+        return framed(body, command.frame_text, self.form.introducer if body <= 0xF else "&")
 
     def exchange(self, body: int, command: RorzeCommand[Any], lane: Lane) -> RorzeExchange:
         """Build an exchange: its frame, its stop epoch, how long it takes, and how often it is repeated."""
@@ -311,10 +307,10 @@ class RorzeSession(Session[RorzeExchange, ReplyFrame]):
             self.frame_of(body, command),
             lane,
             target=body,
-            epoch=self.epoch(body),
+            epoch=self.epoch(body) if lane is Lane.COMMAND else 0,
             reply=ExpectedReply(
                 timeout_s=self.terms.reply_timeout_s + 2 * command.takes_s,
-                repeats=READ_REPEATS if command.may_repeat() else 0,
+                repeats=READ_REPEATS if command.may_repeat else 0,
                 names=(command.code,),
             ),
         )
@@ -406,7 +402,7 @@ class RorzeSession(Session[RorzeExchange, ReplyFrame]):
         if exchange.lane in STOPS:
             return  # an equal one is repeated before its reply has come
         self._last[exchange.target] = frame
-        if not exchange.reply.self_identifying and not exchange.command.is_only_question():
+        if not exchange.reply.self_identifying and not exchange.command.is_only_question:
             until = max(now, exchange.reply.deadline or now) + self.terms.late_reply_s
             said = RememberedReply(
                 exchange, frame, frame, exchange.number, until
@@ -425,12 +421,7 @@ class RorzeSession(Session[RorzeExchange, ReplyFrame]):
         self.presence.answered(body, now, fence=exchange.reply.self_identifying)
         if exchange.reply.self_identifying:
             self._rule_out_copies(body)
-        self._was_frank(frame)
-
-    def _was_frank(self, frame: ReplyFrame) -> None:
-        """A body, or members of a group, have told something: they are there."""
-        answers = frame.members.values() if isinstance(frame, GroupAnswer) else (frame,)
-        for answer in answers:
+        for answer in frame.members.values() if isinstance(frame, GroupAnswer) else (frame,):
             if not _evades(answer):
                 self.presence.is_there(answer.body)
 

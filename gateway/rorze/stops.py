@@ -422,7 +422,7 @@ class _BodyStop(Stopping):
         """Take back what still waits: it would stop the next move."""
         number = self.body.number
         self.body.line.cancel(
-            lambda exchange: exchange.body == number and exchange.lane is Lane.STOP_REPEAT, StoppedFirst()
+            lambda exchange: exchange.target == number and exchange.lane is Lane.STOP_REPEAT, StoppedFirst()
         )
 
     def repeat_at_once(self) -> None:

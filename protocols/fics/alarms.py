@@ -132,7 +132,7 @@ class ErrorDetail(Reply, args=_LAYOUTS):
     @property
     def kind(self) -> DetailKind:
         """Kind of the error: its line in the table."""
-        return _KINDS[self.form_index()]
+        return _KINDS[self.form_index]
 
 
 class GetErrorDetail(

@@ -81,7 +81,7 @@ def encode(command: FicsCommand[Any], terminator: Terminator = "cr") -> bytes:
 
     :raises ValueError: it is too long.
     """
-    return frame(command.text(), terminator)
+    return frame(command.text, terminator)
 
 
 @lru_cache(FRAMES_KEPT)

@@ -98,15 +98,13 @@ class FicsCommand(Command[R_co], args=""):
         }
         cls._take_columns(columns | {"retry": retry, "effect": effect, "echo": echo, "example": example})
 
+    @cached_property
     def text(self) -> str:
         """The command as it stands on the wire, without terminator; it is written out once."""
-        return self._text
-
-    @cached_property
-    def _text(self) -> str:
         parameters = self.written()
         return f"{self.code} {parameters}" if self.code and parameters else self.code or parameters
 
+    @cached_property
     def reply_names(self) -> tuple[str, ...]:
         """Names that a reply can have: of a refusal, of an answer, and of the line that ends several."""
         name = self.code or self.wire_name()

@@ -131,12 +131,8 @@ _FIELD = re.compile(r"([CMSIO]):H([0-9A-F]{1,4})|(P):([+-]\d{9})")
 def encode(body: int, command: RorzeCommand[Any], introducer: str = "&") -> bytes:
     """Build the frame of a command.
 
-    :raises ValueError: the address does not exist, or the frame is over 60 characters or not plain text.
+    Errors are those of `frame`.
     """
-    if not (body <= LAST_BODY or FIRST_GROUP <= body <= LAST_GROUP or body == LINK_MASTER):
-        raise ValueError(
-            f"{body:02X} is no address a command can go to: bodies are 00-77, groups 80-9E, the link 7F"
-        )
     return frame(body, command.frame_text, introducer)
 
 
@@ -144,8 +140,12 @@ def encode(body: int, command: RorzeCommand[Any], introducer: str = "&") -> byte
 def frame(body: int, text: str, introducer: str = "&") -> bytes:
     """Build a frame from a code and its parameters.
 
-    :raises ValueError: the frame is over 60 characters or would not stay one frame.
+    :raises ValueError: the address does not exist, or the frame is over 60 characters or not plain text.
     """
+    if not (body <= LAST_BODY or FIRST_GROUP <= body <= LAST_GROUP or body == LINK_MASTER):
+        raise ValueError(
+            f"{body:02X} is no address a command can go to: bodies are 00-77, groups 80-9E, the link 7F"
+        )
     digits = f"{body:02X}" if introducer == "&" else f"{body:X}"
     if len(digits) > 2 or (introducer != "&" and len(digits) > 1):
         raise ValueError(f"body {body:02X} cannot be addressed after {introducer}")

@@ -73,9 +73,9 @@ class PlaceCommand(ProgramCommand[R_co]):
 class PlaceQuery(PlaceCommand[R_co], errors=frozenset({0x4A, 0x5B}), retry=Retry.READ):
     """A question for what stands at a place; without one, at the place after that of the last question."""
 
-    def may_repeat(self) -> bool:
-        """Say whether the gateway may repeat it: not without a place, for then each question steps on."""
-        return super().may_repeat() and (self.label, self.address) != (None, None)
+    def retry_class(self) -> Retry:
+        """The retry class of this very question: without a place each steps on."""
+        return Retry.NEVER if (self.label, self.address) == (None, None) else super().retry_class()
 
     @property
     def instruction(self) -> str | None:

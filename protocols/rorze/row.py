@@ -93,8 +93,9 @@ class RorzeCommand(Command[R_co]):
         """The retry class of this very command: each time it steps the position index is another step."""
         return Retry.NEVER if self.steps_index else self.retry
 
+    @cached_property
     def is_only_question(self) -> bool:
-        """Say whether all commands of the code ask the same and change nothing: a read without parameters."""
+        """True if all commands of the code ask the same and change nothing: a read without parameters."""
         return self.retry is Retry.READ and not self.__pydantic_fields__
 
 

@@ -211,7 +211,7 @@ class Robot:
             raise Refused(Code.WRONG_STATE)
         if blocks:
             raise Refused(Code.BUSY)
-        if command.starts_motion() and self.alarm is not None:
+        if command.starts_motion and self.alarm is not None:
             raise Refused(Code.ALARM)
 
     def blocks(self) -> frozenset[Block]:

@@ -158,7 +158,7 @@ class ProgramRun:
         machine, command = self._machine, instruction.command(self._variables.value)
         text = command.code + command.written()
         machine.truth.log("program", now, machine.body, address=self.address, text=text)
-        if command.starts_motion() and machine.motor.moving:
+        if command.starts_motion and machine.motor.moving:
             raise Ended(MOVE_WHILE_MOVING)
         outcome = machine.perform(order_of(command), now)
         if isinstance(outcome, Reply):

@@ -6,12 +6,12 @@ from benchmarks.trace_calls import CallTrace, first_move, first_move_of_body
 from tests.api.robots.cell import Cell, in_cell
 from tests.api.stand import Stand, on_stand
 
-ABOVE_THE_LINE = 316
-IN_ALL = 880
-FILES = 84
-OF_A_BODY = 356
-OF_A_BODY_ABOVE = 205
-FILES_OF_A_BODY = 78
+ABOVE_THE_LINE = 309
+IN_ALL = 835
+FILES = 77
+OF_A_BODY = 322
+OF_A_BODY_ABOVE = 192
+FILES_OF_A_BODY = 71
 
 
 @pytest.mark.parametrize("mode", [2, 3])

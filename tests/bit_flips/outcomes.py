@@ -238,11 +238,7 @@ def _like_its_example(command: Command[Any], before: int, head: int) -> str:
     row = type(command)
     pairs = zip(row.example[::2], row.example[1::2], strict=True)
     told = next(
-        (
-            reply[head:]
-            for sent, reply in pairs
-            if row.read(sent[before:]).form_index() == command.form_index()
-        ),
+        (reply[head:] for sent, reply in pairs if row.read(sent[before:]).form_index == command.form_index),
         row.example[1][head:],
     )
     echoed = {name: value for name in row.echo if (value := getattr(command, name)) is not None}
@@ -257,7 +253,7 @@ def _kind(meant: Command[Any], done: Command[Any]) -> Sent:
         return Sent.SAME
     one_to_one = len(meant.reply_type().forms) == len(meant.forms) > 1
     seen = any(getattr(meant, name) not in (None, getattr(done, name)) for name in meant.echo)
-    if seen or (one_to_one and meant.form_index() != done.form_index()):
+    if seen or (one_to_one and meant.form_index != done.form_index):
         return Sent.SEEN
     return Sent.OTHER_VALUE
 

@@ -29,12 +29,12 @@ each_mode = pytest.mark.parametrize("mode", [2, 3])
 
 def lengths(command: FicsCommand[Any]) -> list[int]:
     """After how many bytes a command is cut off: anywhere before its end."""
-    return list(range(1, len(command.text()) + 1))
+    return list(range(1, len(command.text) + 1))
 
 
 async def cut_off(rig: FicsRig, command: FicsCommand[Any], length: int) -> None:
     """Let `length` bytes of a command arrive, pull the cable, and plug it in again."""
-    cable, frame, unplugged = rig.cable, command.text().encode("ascii") + b"\r", asyncio.Event()
+    cable, frame, unplugged = rig.cable, command.text.encode("ascii") + b"\r", asyncio.Event()
     write = cable.write
 
     def cut(data: bytes) -> None:
@@ -72,7 +72,7 @@ async def test_a_move_that_was_cut_off_is_told_as_unknown_or_as_it_was(
             ran = len(rig.machine.truth.of("motion_start")) > before
             executed += ran
             if move.status is MoveStatus.SUCCEEDED:
-                assert rig.heard(command.code)[-1] == command.text(), length
+                assert rig.heard(command.code)[-1] == command.text, length
             else:
                 assert move.status is MoveStatus.UNKNOWN, length
                 assert "robot.move.unknown" in [it.cause for it in rig.plant.alarms.standing()], length

@@ -229,16 +229,16 @@ class Fics(Family):
         return written.split("\r")
 
     def carries(self, frame: str, command: AnyCommand) -> bool:
-        return isinstance(command, FicsCommand) and frame.rstrip("\r") == command.text()
+        return isinstance(command, FicsCommand) and frame.rstrip("\r") == command.text
 
     def reach(self, _path: str) -> frozenset[str]:
         return frozenset({"/robots/r1"})
 
     def has_done(self, fact: Fact, command: AnyCommand) -> bool:
-        if command.starts_motion():
+        if command.starts_motion:
             return fact.kind == "motion_start"
         answers = " ".join(map(str, fact.facts.get("answers", ())))  # type: ignore[call-overload]
-        text = command.text() if isinstance(command, FicsCommand) else ""
+        text = command.text if isinstance(command, FicsCommand) else ""
         return fact.kind == "command" and fact.facts.get("text") == text and " E" not in answers
 
     def was_taken(self, fact: Fact) -> bool:

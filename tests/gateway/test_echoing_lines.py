@@ -237,14 +237,14 @@ async def test_a_motion_whose_own_echo_looks_like_its_answer_ends_as_it_did(
         await it.move(HomeRobot())
         it.fics.units[1].positions = {1: (None, None, 10.0), 183: (None, None, 20.0)}
         begun = len(it.machine.truth.of("motion_start"))
-        written = asyncio.create_task(it.cable.written_from(command.text()))
+        written = asyncio.create_task(it.cable.written_from(command.text))
         moving = asyncio.create_task(it.start(command))
         await written
-        assert it.cable.written[-1] == command.text().encode() + b"\r"
+        assert it.cable.written[-1] == command.text.encode() + b"\r"
         setattr(it.cable, ECHOES[echo], True)  # its echo is the first
         asyncio.get_running_loop().call_soon(it.cable._deliver, it.cable.written[-1])
         if echo == "joined wires":
-            it.cable.lost_once = command.text()
+            it.cable.lost_once = command.text
         await asyncio.sleep(1.0)
         setattr(it.cable, ECHOES[echo], False)
         over = await it.plant.robot_moves.wait((await moving).id, 60.0)

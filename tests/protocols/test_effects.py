@@ -36,4 +36,4 @@ def test_what_may_be_repeated_freely_is_a_read_a_setting_or_a_stop() -> None:
 def test_a_program_and_a_change_of_speed_start_no_move_of_their_own() -> None:
     motions = {row.code for row in EVERY_ROW if row.effect is Effect.MOTION}
     none = {"5AS", "5CS", "5DS", "URG", "USG"}
-    assert {row.code for row in EVERY_ROW if row.starts_motion()} == motions - none
+    assert {row.code for row in EVERY_ROW if row.starts_motion} == motions - none

@@ -170,7 +170,7 @@ class Deeds:
             case _:
                 true = axis.plus_limit == 100.0 + value
         if not true:
-            self.lies.append(f"{command.text()} is not done")
+            self.lies.append(f"{command.text} is not done")
 
     async def _store(self) -> None:
         first = self._dice.randrange(1, 4)

@@ -213,7 +213,7 @@ class Simulation:
     def _asks_the_same(self, exchange: RorzeExchange, answered: int) -> bool:
         """A copy of a reading may answer the next equal question, with what was true a moment before."""
         asked = self._wire.sent[answered - 1].frame
-        return exchange.command.may_repeat() and exchange.frame.decode().rstrip("\r") == asked
+        return exchange.command.may_repeat and exchange.frame.decode().rstrip("\r") == asked
 
     async def run(self) -> Report:
         """Let the clients have their commands done on the bad wire."""

@@ -309,10 +309,10 @@ class OfRobot(Client):
         if self.dice.random() < 0.2:
             return HomeRobot(), "ORG"
         if self.dice.random() < 0.3:
-            return (position := MoveToPosition(position=self.dice.choice((1, 183)))), position.text()
+            return (position := MoveToPosition(position=self.dice.choice((1, 183)))), position.text
         amount = (5 + self._last / 1000) * (-1 if self._last % 4 < 2 else 1)
         command = MoveRelative(coordinates=[None, None, round(amount, 3)])
-        return command, command.text()
+        return command, command.text
 
     async def start(self, command: FicsCommand[Ack]) -> Any:
         return await self._rig.start(command)

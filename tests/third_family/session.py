@@ -51,7 +51,7 @@ class ToySession(Session[ToyExchange, Frame]):
 
     def exchange(self, command: ToyCommand[Any], lane: Lane, target: int = AXIS) -> ToyExchange:
         self.last = number = (self.last + 1) % 0x10000
-        repeats, timeout_s = READ_REPEATS if command.may_repeat() else 0, self.terms.reply_timeout_s
+        repeats, timeout_s = READ_REPEATS if command.may_repeat else 0, self.terms.reply_timeout_s
         exchange = ToyExchange(
             command, command.frame(number), lane, target, self.epoch(target), serial=number
         )

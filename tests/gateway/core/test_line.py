@@ -118,6 +118,8 @@ class Words:
 class Speaker(LineDriver[Any, bytes, bytes]):
     """A line that is ready when a test says so, and only listens."""
 
+    _unasked = (bytes,)
+
     def __init__(self, port: Port) -> None:
         self.speech = Speech()
         super().__init__("line1", port, cast("Session[Any, bytes]", self.speech), Words)
@@ -130,8 +132,8 @@ class Speaker(LineDriver[Any, bytes, bytes]):
     def _break_off(self, reason: str) -> None:
         self.broken_off.append(reason)
 
-    def _take(self, frame: bytes) -> None:
-        self.heard.append(frame)
+    def _hear(self, message: bytes) -> None:
+        self.heard.append(message)
 
     def say(self, *texts: str, first: bool = False) -> list[Said]:
         sayings = [Said(text) for text in texts]

@@ -68,7 +68,7 @@ def test_a_busy_body_does_not_starve_the_others() -> None:
         scheduler.submit(move(1, position))
     scheduler.submit(move(2))
     scheduler.submit(move(3))
-    assert [one.body for one in taken(scheduler)][:4] == [1, 2, 3, 1]
+    assert [one.target for one in taken(scheduler)][:4] == [1, 2, 3, 1]
 
 
 @given(st.lists(st.one_of(st.integers(0, 5), st.just("take")), max_size=120))
@@ -86,13 +86,13 @@ def test_no_body_waits_more_than_one_turn_of_the_others(steps: list[int | str]) 
         if one is None:
             assert not queued.total()
             continue
-        queued[one.body] -= 1
-        del turns_waited[one.body]
+        queued[one.target] -= 1
+        del turns_waited[one.target]
         for waited in turns_waited.values():
-            waited[one.body] += 1
-            assert waited[one.body] == 1
-        if queued[one.body]:
-            turns_waited[one.body] = Counter()
+            waited[one.target] += 1
+            assert waited[one.target] == 1
+        if queued[one.target]:
+            turns_waited[one.target] = Counter()
 
 
 @given(st.lists(st.tuples(st.integers(0, 3), st.sampled_from(["move", "read"])), max_size=60))
@@ -110,8 +110,8 @@ def test_a_body_keeps_the_order_of_arrival_and_nothing_is_lost(arrivals: list[tu
     assert len(out) == len(submitted)
     for body in range(4):
         for lane in ALL:
-            mine = [one for one in submitted if one.body == body and one.lane is lane]
-            assert [one for one in out if one.body == body and one.lane is lane] == mine
+            mine = [one for one in submitted if one.target == body and one.lane is lane]
+            assert [one for one in out if one.target == body and one.lane is lane] == mine
 
 
 def test_a_body_that_may_not_go_is_passed_over_and_keeps_its_turn() -> None:
@@ -119,8 +119,8 @@ def test_a_body_that_may_not_go_is_passed_over_and_keeps_its_turn() -> None:
     first, second = exchange(StopImmediately(), 1), exchange(StopImmediately(), 2)
     scheduler.submit(first)
     scheduler.submit(second)
-    assert scheduler.next(ALL, lambda it: it.body != 1) is second
-    assert scheduler.next(ALL, lambda it: it.body != 1) is None
+    assert scheduler.next(ALL, lambda it: it.target != 1) is second
+    assert scheduler.next(ALL, lambda it: it.target != 1) is None
     assert scheduler.next(ALL) is first
 
 
@@ -205,8 +205,8 @@ def test_the_unwanted_is_taken_out_of_every_lane() -> None:
     for body in (1, 2):
         for one in (move(body), exchange(GetPosition(), body), exchange(StopImmediately(), body)):
             scheduler.submit(one)
-    assert [one.body for one in scheduler.remove(lambda it: it.body == 1)] == [1, 1, 1]
-    assert [one.body for one in taken(scheduler)] == [2, 2, 2]
+    assert [one.target for one in scheduler.remove(lambda it: it.target == 1)] == [1, 1, 1]
+    assert [one.target for one in taken(scheduler)] == [2, 2, 2]
 
 
 @virtual

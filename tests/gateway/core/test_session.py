@@ -49,7 +49,7 @@ class LetterExchange(Exchange[Command[Any], Letter, Letter]):
         return f"{self.command.code} was sent"
 
     def mistakes(self, _said: RememberedReply) -> bool:
-        return not self.command.may_repeat()
+        return not self.command.may_repeat
 
     def credit(self, frame: Letter, _now: float) -> Letter | None:
         fits = frame.code == self.command.code and frame.number == self.nonce
@@ -72,7 +72,7 @@ class LetterSession(Session[LetterExchange, Letter]):
         self.nonce = 0
 
     def exchange(self, command: Command[Any], lane: Lane) -> LetterExchange:
-        repeats = READ_REPEATS if command.may_repeat() else 0
+        repeats = READ_REPEATS if command.may_repeat else 0
         frame = command.code.encode()
         return LetterExchange(
             command,

@@ -32,7 +32,7 @@ from tests.plants import in_virtual_time
 
 DOWN = MoveRelative(coordinates=[None, None, -10.0])
 HALF = SetSpeedPercent(percents=[50.0, None, 50.0])
-DEEDS = [row for row in ROWS if not row.is_query() and not row.starts_motion()]
+DEEDS = [row for row in ROWS if not row.is_query() and not row.starts_motion]
 PROVED_OTHERWISE = {
     BeginPositionUpload,
     UploadPosition,
@@ -87,14 +87,14 @@ def test_in_mode_2_a_setting_whose_line_is_lost_is_not_called_done(row: Row) -> 
         async with fics_rig(units=2, mode=2) as rig:
             await rig.robot.unit(1).status()
             command = fitting(row)
-            before = rig.heard(command.text())
-            rig.cable.lost_once = command.text()
+            before = rig.heard(command.text)
+            rig.cable.lost_once = command.text
             with pytest.raises(NotDone, match="was sent to r1, and it tells") as lost:
                 await rig.robot.ask(command, unit_of(row))
             assert lost.value.moved == "no"
-            assert rig.heard(command.text()) == before
+            assert rig.heard(command.text) == before
             await rig.robot.ask(command, unit_of(row))
-            assert rig.heard(command.text()) == [*before, command.text()]
+            assert rig.heard(command.text) == [*before, command.text]
 
     story()
 

@@ -60,7 +60,7 @@ def test_an_axis_that_jogs_although_its_start_was_refused_is_stopped(mode: int) 
     async def story() -> None:
         async with fics_rig(mode=mode) as rig:
             await rig.move(HomeRobot())
-            doubled = StartJog(axis="Z", direction="-").text()
+            doubled = StartJog(axis="Z", direction="-").text
             rig.cable.damaged[doubled] = f"{doubled}\r{doubled}"
             starting = asyncio.create_task(rig.robot.jogs.start(1, "Z", "-"))
             await rig.cable.written_from("JOG")
@@ -79,7 +79,7 @@ def test_an_axis_that_jogs_although_its_start_was_refused_is_stopped(mode: int) 
 async def test_an_axis_that_was_stopped_before_it_could_be_asked_may_have_jogged() -> None:
     async with fics_rig() as rig:
         await rig.move(HomeRobot())
-        doubled = StartJog(axis="Z", direction="-").text()
+        doubled = StartJog(axis="Z", direction="-").text
         rig.cable.damaged[doubled] = f"{doubled}\r{doubled}"
         starting = asyncio.create_task(rig.robot.jogs.start(1, "Z", "-"))
         await rig.cable.written_from("JOG")

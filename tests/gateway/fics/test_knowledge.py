@@ -273,7 +273,7 @@ def asked(of: Knowledge, needs: Iterable[Missing], answers: Mapping[str, Sequenc
     for missing in needs:
         heard: list[Asked[RobotQuestion, Outcome]] = []
         while (question := missing(heard)) is not None:
-            text = question.command.text()
+            text = question.command.text
             sent.append(text)
             of.sent(question)
             outcome = left[text].pop(0) if left.get(text) else RobotAnswered((AT_REST[text],))

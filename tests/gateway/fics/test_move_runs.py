@@ -60,7 +60,7 @@ def test_a_doubled_command_whose_first_copy_was_executed_is_not_called_rejected(
         async with fics_rig(mode=mode) as rig:
             await rig.move(HomeRobot())
             await rig.robot.ask(SLOWLY, 1)
-            doubled = FAR_DOWN.text()
+            doubled = FAR_DOWN.text
             rig.cable.damaged[doubled] = f"{doubled}\r{doubled}"
             move = await rig.move(FAR_DOWN)
             assert (move.status, move.end_cause) == (MoveStatus.SUCCEEDED, "normal")
@@ -77,7 +77,7 @@ def test_nor_is_one_that_was_stopped_before_its_axes_could_tell(mode: int) -> No
         async with fics_rig(mode=mode) as rig:
             await rig.move(HomeRobot())
             await rig.robot.ask(SLOWLY, 1)
-            doubled = FAR_DOWN.text()
+            doubled = FAR_DOWN.text
             rig.cable.damaged[doubled] = f"{doubled}\r{doubled}"
             rig.cable.lost_answer = "ACD"
             moving = asyncio.create_task(rig.move(FAR_DOWN))
@@ -99,7 +99,7 @@ def test_nor_is_one_that_was_stopped_before_its_axes_could_tell(mode: int) -> No
 async def test_nor_is_a_short_one_that_was_over_before_its_axes_could_tell() -> None:
     async with fics_rig() as rig:
         await rig.move(HomeRobot())
-        doubled = DOWN.text()
+        doubled = DOWN.text
         rig.cable.damaged[doubled] = f"{doubled}\r{doubled}"
         rig.cable.lost_answer = "ACD"
         moving = asyncio.create_task(rig.move(DOWN))

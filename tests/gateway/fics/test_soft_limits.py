@@ -20,7 +20,7 @@ async def order(rig: FicsRig, lower: Limits, upper: Limits, *others: FicsCommand
     """In which order changes of both limits of unit 1, whose X and Y go from -300 to 300, are to be sent."""
     changes = {"lower": SetLowerSoftLimits(coordinates=lower), "upper": SetUpperSoftLimits(coordinates=upper)}
     named = {str(place): other for place, other in enumerate(others)}
-    return [change.text() for change in await uncrossed(rig.robot.unit(1), named | changes)]
+    return [change.text for change in await uncrossed(rig.robot.unit(1), named | changes)]
 
 
 @in_virtual_time
@@ -57,7 +57,7 @@ async def test_motor_limits_have_an_order_of_their_own() -> None:
             "upper": SetMotorUpperSoftLimits(coordinates=[-190.0]),
         }
         ordered = await uncrossed(rig.robot.unit(1), changes)
-        assert [change.text() for change in ordered] == ["MSM -200", "MSP -190"]
+        assert [change.text for change in ordered] == ["MSM -200", "MSP -190"]
 
 
 @pytest.mark.parametrize(

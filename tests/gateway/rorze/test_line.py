@@ -172,9 +172,7 @@ async def test_one_exchange_is_under_way_at_a_time() -> None:
 class TerminalServer(FarEnd):
     """Passes on what it takes at a speed of its own."""
 
-    @property
-    def is_bridged(self) -> bool:
-        return True
+    is_bridged = True
 
 
 @virtual
@@ -1181,7 +1179,7 @@ async def test_too_many_waiting_requests_for_a_body_are_refused_but_stops_never(
         with pytest.raises(QueueFull):
             ask(line, MoveTo(position=-1))
         assert isinstance(await ask(line, StopImmediately()), Answered)
-        line.cancel(lambda it: it.body == 2, Cancelled("Enough."))
+        line.cancel(lambda it: it.target == 2, Cancelled("Enough."))
         under_way, *rest = await asyncio.gather(*waiting)
         assert isinstance(under_way, Answered)
         assert {type(it) for it in rest} == {Cancelled}

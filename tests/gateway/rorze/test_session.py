@@ -67,7 +67,7 @@ def answer_to(exchange: RorzeExchange, pulses: int = 0) -> Answer:
         payload = f"P[{command.entry.position:04d}],+000000000"
     elif isinstance(command, GetPosition):
         payload = f"{pulses:+010d}"
-    return Answer(exchange.body, command.code, payload)
+    return Answer(exchange.target, command.code, payload)
 
 
 @dataclass
@@ -105,7 +105,7 @@ class Bench:
         self.session.written(exchange, self.now, self.now + exchange.reply.timeout_s)
         self.last = exchange
         fence = "fence " if exchange.reply.self_identifying else ""
-        return f"{fence}{exchange.body:02X} {exchange.command.code}"
+        return f"{fence}{exchange.target:02X} {exchange.command.code}"
 
     def hear(self, frame: ReplyFrame) -> bool:
         """Take a reply; say whether it was credited."""
@@ -734,7 +734,7 @@ def test_no_copy_of_a_reply_answers_another_command_of_its_code(
     payload = row.example[1][4:].removeprefix(row.code)
     asked, *others = commands_of(row).values()
     for other in (asked, *others):
-        harmless = other == asked and asked.may_repeat()
+        harmless = other == asked and asked.may_repeat
         it.session = RorzeSession([2, 3, 4, 5], rng=Random(1))
         it.ask(asked)
         it.next()
@@ -834,7 +834,7 @@ def test_what_a_fence_has_gone_ahead_of_is_not_overtaken_but_by_stops(it: Bench)
     wonder()
     for _ in range(2):
         it.next()
-        it.hear(Answer(it.last.body, "9CD", "0"))
+        it.hear(Answer(it.last.target, "9CD", "0"))
     it.ask(GetControllerStatus(bit=1))
     assert it.next() == "fence 02 3ND"
     wonder()
@@ -1186,7 +1186,7 @@ class AnySession(RuleBasedStateMachine):
         number = len(self.owners)
         if exchange.lane is Lane.STOP or isinstance(exchange.command, GetNumberedPositionEntry | GetPosition):
             return answer_to(exchange, number)
-        return Refusal(exchange.body, exchange.command.code, number)
+        return Refusal(exchange.target, exchange.command.code, number)
 
     def _deliver(self) -> None:
         said = self.wire.popleft()

@@ -16,8 +16,8 @@ def test_both_ways_to_say_that_nothing_is_wrong_are_read() -> None:
 
 
 def test_taking_the_error_clears_it_so_it_is_never_asked_twice_unasked() -> None:
-    assert not TakeCurrentError().may_repeat()
-    assert GetErrorDetail().may_repeat()
+    assert not TakeCurrentError().may_repeat
+    assert GetErrorDetail().may_repeat
 
 
 @pytest.mark.parametrize(

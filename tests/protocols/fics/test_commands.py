@@ -71,7 +71,7 @@ def test_a_name_is_answered_and_blocked_as_the_manuals_table_says(name: str, cel
 
 def test_a_macro_is_blocked_as_motion_is() -> None:
     assert RunMacro.blocked == {Block.TERMINAL_RUNS, Block.TERMINAL_EDITS, Block.MOTION}
-    assert RunMacro.starts_motion()
+    assert RunMacro.starts_motion
 
 
 def test_what_blocks_is_reported_as_the_manual_says() -> None:
@@ -92,7 +92,7 @@ def test_an_upload_of_positions_lets_only_positions_errors_and_its_end_through()
 
 
 def test_the_motion_commands_are_those_of_the_manual() -> None:
-    moving = {row.code for row in ROWS if row.starts_motion()}
+    moving = {row.code for row in ROWS if row.starts_motion}
     assert moving == {"JOG", "JTE", "ORG", "LMI", "LMA", "POM", "MMI", "MMA", ""}
 
 

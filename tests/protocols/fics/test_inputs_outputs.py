@@ -13,7 +13,7 @@ def test_a_channel_is_answered_in_two_hexadecimal_digits() -> None:
 
 def test_an_output_is_switched_by_its_sign() -> None:
     assert SwitchOutput.read("1-7:+") == SwitchOutput(channel=1, bit=7, on=True)
-    assert SwitchOutput(channel=12, bit=0, on=False).text() == "IOT 12-0:-"
+    assert SwitchOutput(channel=12, bit=0, on=False).text == "IOT 12-0:-"
 
 
 @pytest.mark.parametrize("text", ["0-1:+", "100-1:+", "1-8:+"])

@@ -19,7 +19,7 @@ def test_a_jog_names_one_axis(text: str) -> None:
 
 def test_a_step_may_leave_out_its_plus() -> None:
     assert StepAxis.read("X+5") == StepAxis.read("X5") == StepAxis(axis="X", steps=5)
-    assert StepAxis(axis="Z", steps=-255).text() == "JTE Z-255"
+    assert StepAxis(axis="Z", steps=-255).text == "JTE Z-255"
 
 
 @pytest.mark.parametrize("text", ["X0", "X256", "X-256"])

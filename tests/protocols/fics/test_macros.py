@@ -33,7 +33,7 @@ def test_a_macro_has_three_capitals_or_digits(name: str) -> None:
 
 
 def test_a_macro_takes_up_to_four_numbers() -> None:
-    assert RunMacro(macro="PCK", arguments=[1, 2, 3, 4]).text() == "PCK 1,2,3,4"
+    assert RunMacro(macro="PCK", arguments=[1, 2, 3, 4]).text == "PCK 1,2,3,4"
     with pytest.raises(SyntaxFault):
         read("PCK", "1,2,3,4,5")
     with pytest.raises(RangeFault):

@@ -38,7 +38,7 @@ def test_a_hole_leaves_an_axis_as_it_is(arguments: str, percents: list[float | N
 
 
 def test_commas_at_the_end_are_not_written() -> None:
-    assert SetSpeedPercent(percents=[10, None, 30, None, None]).text() == "VAO 10,,30"
+    assert SetSpeedPercent(percents=[10, None, 30, None, None]).text == "VAO 10,,30"
 
 
 @pytest.mark.parametrize("percents", [[], [None], [None, None]])

@@ -98,8 +98,8 @@ def test_what_a_moving_motor_forbids_is_refused_with_50(row: Row) -> None:
 def test_a_rows_columns_have_sensible_values(row: Row) -> None:
     assert set(row.modes) <= set("012")
     assert row.modes
-    assert row.starts_motion() is row.code.endswith("M")
-    if row.starts_motion():
+    assert row.starts_motion is row.code.endswith("M")
+    if row.starts_motion:
         assert row.retry in (Retry.NEVER, Retry.CONDITIONAL)
     if row.retry is Retry.SETTING:
         assert row.code.endswith("S") or row.code in LINK
@@ -230,8 +230,8 @@ def test_what_steps_the_position_index_is_never_repeated(step: Literal["next", "
         MoveClockwise(distance=by_index),
         MoveTo(position=by_index),
     ):
-        assert not command.may_repeat()
-    assert GetPositionEntry(entry=PositionReference(position=0)).may_repeat()
+        assert not command.may_repeat
+    assert GetPositionEntry(entry=PositionReference(position=0)).may_repeat
 
 
 @every_row
@@ -239,7 +239,7 @@ def test_only_reads_are_repeated_unasked(row: Row) -> None:
     for parameters, _ in exchanges(row):
         steps_index = "P[+]" in parameters or "P[-]" in parameters
         steps_cursor = row.code in ("UPD", "UWD") and not parameters
-        assert row.read(parameters).may_repeat() is (
+        assert row.read(parameters).may_repeat is (
             row.retry is Retry.READ and not (steps_index or steps_cursor)
         )
 

@@ -73,7 +73,7 @@ def test_interpolation_needs_standstill_and_a_mode_without_encoder(row: type[Ror
 
 
 def test_three_rows_move_and_the_preparations_do_not() -> None:
-    assert [row.code for row in ROWS if row.starts_motion()] == ["HFM", "HMM", "HNM"]
+    assert [row.code for row in ROWS if row.starts_motion] == ["HFM", "HMM", "HNM"]
 
 
 @pytest.mark.parametrize(

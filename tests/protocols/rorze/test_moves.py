@@ -29,7 +29,7 @@ def test_the_manuals_examples(row: Row) -> None:
 
 @every_move
 def test_a_move_is_refused_while_the_motor_turns(row: Row) -> None:
-    assert row.starts_motion()
+    assert row.starts_motion
     assert not row.moving
     assert row.program
     assert row.errors >= {0x50, 0x65, 0x66}

@@ -31,7 +31,7 @@ def test_the_manuals_examples(row: Row) -> None:
 
 @pytest.mark.parametrize("row", MOTIONS, ids=lambda row: row.code)
 def test_homing_moves_and_is_never_repeated_unasked(row: Row) -> None:
-    assert row.starts_motion()
+    assert row.starts_motion
     assert not row.moving
     assert row.retry is Retry.CONDITIONAL
     assert {0x50, 0x51, 0x66} <= row.errors

@@ -150,9 +150,9 @@ def test_a_line_of_another_address_is_not_the_reply() -> None:
 
 def test_a_question_without_a_place_steps_on_and_is_not_repeated() -> None:
     for row in (GetProgramLine, GetProgramInstruction):
-        assert row(label="ST1").may_repeat()
-        assert row(address=0).may_repeat()
-        assert not row().may_repeat()
+        assert row(label="ST1").may_repeat
+        assert row(address=0).may_repeat
+        assert not row().may_repeat
 
 
 def test_an_empty_address_holds_no_instruction() -> None:

@@ -54,7 +54,7 @@ def test_name_and_titles_come_from_the_class() -> None:
 )
 def test_a_read_that_steps_the_position_index_is_not_repeatable(position: object, repeatable: bool) -> None:
     entry = PositionReference.model_validate({"position": position})
-    assert One(entry=entry).may_repeat() is repeatable
+    assert One(entry=entry).may_repeat is repeatable
 
 
 @pytest.mark.parametrize("text", ["P[+],50", "P[-],50", "P[+]"])
@@ -64,8 +64,8 @@ def test_a_setting_that_steps_the_position_index_is_no_setting_to_repeat(text: s
 
 
 def test_the_effect_tells_what_starts_motion() -> None:
-    assert Two.starts_motion()
-    assert not One.starts_motion()
+    assert Two.starts_motion
+    assert not One.starts_motion
 
 
 def test_a_row_without_parameters_has_one_empty_form() -> None:

@@ -20,7 +20,7 @@ def test_a_command_is_done_at_once_or_takes_time() -> None:
         if action_of(command) is None:
             mode, _ = plan_of(command)
             assert mode is not MotionMode.STANDING
-            assert row.starts_motion()
+            assert row.starts_motion
 
 
 def test_a_command_is_understood() -> None:
