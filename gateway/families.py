@@ -3,9 +3,11 @@
 from collections.abc import Iterator, Mapping, Sequence
 from importlib import import_module
 from pathlib import Path
-from typing import Final
+from typing import Any, Final, TypeVar
 
 from gateway.core.family import Extension, Family, Registered, Site
+
+F = TypeVar("F")
 
 FAMILIES: Final[dict[str, type[Family]]] = {
     name: import_module(f"gateway.{name}.family").FAMILY for name in ("rorze", "fics")
@@ -39,3 +41,11 @@ class Packages:
         made |= {type(extension): extension for extension in self.extensions}
         self.registered: Sequence[Registered] = [made[kind] for kind in registered()]
         """All families, each with its extensions."""
+        self._found: dict[type[Any], Any] = {}
+
+    def of(self, kind: type[F]) -> F:
+        """The package of a kind, a class or a base; each is looked for once."""
+        if kind not in self._found:
+            self._found[kind] = next(package for package in self.registered if isinstance(package, kind))
+        found: F = self._found[kind]
+        return found

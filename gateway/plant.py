@@ -567,10 +567,7 @@ class Plant:
 
     def family(self, kind: Callable[..., F]) -> F:
         """All controllers of one kind, or all that an extension has made; `kind` is a class, or a base."""
-        found: F = next(
-            package for package in self.packages.registered if isinstance(package, cast("type[F]", kind))
-        )
-        return found
+        return self.packages.of(cast("type[F]", kind))
 
     def ports(self) -> dict[str, AnyLine]:
         """All lines, by their ids in the order of the configuration."""

@@ -79,7 +79,7 @@ _JOURNAL: Final = {
 """Tables of the journal in a recording, in the words of `motion-gateway journal export`."""
 
 Noted = tuple[int, int, str]
-"""Wall time, the time of the clock that never jumps, and a line of JSON."""
+"""Wall time, the time of the clock that never jumps, and the rest of a line of JSON, an object."""
 R = TypeVar("R", bound=tuple[Any, ...])
 
 
@@ -507,13 +507,17 @@ def _append_pieces(path: Path, pieces: Sequence[Piece[R]], after: int, write: Ca
 def _trace_line(record: TraceRecord) -> bytes:
     """Write a record as `TraceEntry` has it; the model itself would take four times as long."""
     at_ns, monotonic_ns, kind, data, caller, request_id = record
-    seconds, micros = divmod(at_ns // 1000, 1_000_000)
-    at = f"{_second(seconds)}.{micros:06d}Z" if micros else f"{_second(seconds)}Z"
     asked = "" if caller is None else f',"caller":{_quoted(caller)}'
     if request_id is not None:
         asked += f',"request_id":{json.dumps(request_id, ensure_ascii=False)}'
-    text = f'{{"at":"{at}","monotonic_ns":{monotonic_ns},"kind":"{kind}","data":{_data(data)}{asked}}}\n'
-    return text.encode()
+    return _at(at_ns, monotonic_ns) + f'"kind":"{kind}","data":{_data(data)}{asked}}}\n'.encode()
+
+
+def _at(at_ns: int, monotonic_ns: int) -> bytes:
+    """Begin a line with its time."""
+    seconds, micros = divmod(at_ns // 1000, 1_000_000)
+    at = f"{_second(seconds)}.{micros:06d}Z" if micros else f"{_second(seconds)}Z"
+    return f'{{"at":"{at}","monotonic_ns":{monotonic_ns},'.encode()
 
 
 @lru_cache(4)
@@ -532,7 +536,8 @@ def _data(data: bytes) -> str:
 
 
 def _noted_line(noted: Noted) -> bytes:
-    return noted[2].encode() + b"\n"
+    at_ns, monotonic_ns, text = noted
+    return _at(at_ns, monotonic_ns) + text[1:].encode() + b"\n"
 
 
 def _csv_line(cells: Iterable[object]) -> bytes:

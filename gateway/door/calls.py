@@ -2,7 +2,6 @@
 
 import logging
 from collections.abc import Callable, Mapping, Sequence
-from datetime import UTC, datetime
 from functools import cache, partial
 from typing import Any, Final, NamedTuple
 
@@ -75,10 +74,10 @@ async def carry_out(
 
 async def _looking(operation: Operation, taken: Mapping[str, Any], things: Sequence[Looked]) -> Any:
     """Run an operation, and leave no trace of its questions at these controllers."""
-    if not things:
-        return await operation.run(**taken)
     async with things[0].looking():
-        return await _looking(operation, taken, things[1:])
+        if len(things) > 1:
+            return await _looking(operation, taken, things[1:])
+        return await operation.run(**taken)
 
 
 def _note(plant: Plant, operation: Operation, values: Mapping[str, Any]) -> None:
@@ -86,10 +85,7 @@ def _note(plant: Plant, operation: Operation, values: Mapping[str, Any]) -> None
     origin = ORIGIN.get()
     if (origin.caller or "").startswith(_BY_ITSELF):
         return
-    at_ns, monotonic_ns = clocks()
     told = {
-        "at": datetime.fromtimestamp(at_ns / 1e9, UTC),
-        "monotonic_ns": monotonic_ns,
         "operation": operation.name,
         "values": values,
         "caller": origin.caller,
@@ -97,7 +93,7 @@ def _note(plant: Plant, operation: Operation, values: Mapping[str, Any]) -> None
     }
     text = to_json(told, exclude_none=False, fallback=str)
     if len(text) <= LONGEST_NOTED:
-        plant.history.requests.append((at_ns, monotonic_ns, text.decode()))
+        plant.history.requests.append((*clocks(), text.decode()))
 
 
 def require_right(plant: Plant, operation: Operation, values: Mapping[str, Any]) -> None:

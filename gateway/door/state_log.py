@@ -2,7 +2,6 @@
 
 import asyncio
 from collections.abc import Mapping
-from datetime import UTC, datetime
 from typing import Final
 
 from pydantic import BaseModel
@@ -52,9 +51,7 @@ async def _note_one(
     last, last_ns = told.get(path, (b"", 0))
     if text != last or monotonic_ns - last_ns > STATES_REACH_S / 2 * 1e9:
         told[path] = text, monotonic_ns
-        head = {"at": datetime.fromtimestamp(at_ns / 1e9, UTC), "monotonic_ns": monotonic_ns, "path": path}
-        noted = to_json(head)[:-1] + b',"state":' + text + b"}"
-        plant.history.states.append((at_ns, monotonic_ns, noted.decode()))
+        plant.history.states.append((at_ns, monotonic_ns, f'{{"path":"{path}","state":{text.decode()}}}'))
 
 
 def _written(state: BaseModel | Mapping[str, object]) -> bytes:

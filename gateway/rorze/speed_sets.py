@@ -21,7 +21,7 @@ STANDARD: Final = 30
 """The set, and the pattern, that a command means when it names none (RC-420 manual 13.3.4)."""
 
 Speed = TypeAliasType("Speed", Literal["high", "low"])
-"""Of a move: `low` runs at the start speed, without ramps."""
+"""The speed of a move: `low` is the start speed, without ramps."""
 ROWS: Final = Rows("body settings")
 NOT_SET: Final = "0x47"
 """Refusal of a pattern that was never set (RC-420 manual 21)."""
