@@ -64,38 +64,37 @@ class FoundRobot:
     terminator: Terminator
     mode: int | None = None
     version: SystemVersion | None = None
-    unit: int | None = None
-    axes: int | None = None
-    """Number of motor axes of the present unit."""
+    units: dict[int, int] = field(default_factory=dict)
+    """Number of motor axes by unit; empty if it has told none."""
 
     def in_words(self) -> str:
         """Say who was found."""
         version = "" if self.version is None else f" of version {self.version.version}"
         mode = "" if self.mode is None else f", in communication mode {self.mode}"
-        axes = (
-            ", with a number of axes that it does not tell"
-            if self.axes is None
-            else f", with {self.axes} axes"
-        )
-        return f"{self.address}: a Fics{version}{mode}{axes}."
+        told = (f"unit {number} of {axes} axes" for number, axes in sorted(self.units.items()))
+        units = ", ".join(told) or "units that it does not tell"
+        return f"{self.address}: a Fics{version}{mode}, with {units}."
 
     def comment(self) -> str:
-        """Say what the table does not: what it holds of axes and units is a guess."""
+        """Say what the table does not: the names of axes in it are a guess."""
         return (
             f"{self.in_words()}\n"
-            "A robot tells neither the names of its axes nor what they are counted in nor its units:\n"
-            "compare this with its set-up before anything moves. Each further unit is another such table."
+            "A robot tells neither the names of its axes nor what they are counted in, nor, in motion, its units:\n"
+            "compare this with its set-up before anything moves."
         )
 
     def table(self, taken: set[str]) -> dict[str, Any]:
-        """The table that serves it with its present unit, under ids that are taken now."""
-        unit = {"number": self.unit or 1, "axes": list(AXES[: self.axes or TERMINAL_AXES])}
+        """The table that serves it, under ids that are taken now."""
+        units = sorted((self.units or {1: TERMINAL_AXES}).items())
         return {
             "id": take("cell", taken),
             "address": self.address,
             "protocol": "fics",
             "terminator": self.terminator,
-            "robot": {"id": take("r", taken), "units": [unit]},
+            "robot": {
+                "id": take("r", taken),
+                "units": [{"number": number, "axes": list(AXES[:axes])} for number, axes in units],
+            },
         }
 
 

@@ -90,7 +90,7 @@ class PortScans(Jobs[PortScan]):
         ]
 
     def start(self, ports: Sequence[str]) -> PortScan:
-        """Begin to ask who is at ports, at every baud rate where none is named; only questions are sent.
+        """Begin to ask who is at ports, at every baud rate where none is named; nothing moves.
 
         :raises BodyBusy: another scan of ports is running.
         :raises InvalidRequest: a port is none, is a file, or a line has it; nothing was sent.

@@ -2,7 +2,8 @@
 
 Only frames that change no motor are sent: a line too long to be a command, so that a half command left on the
 line is not executed; XID to the link master; reads of position entries; and the questions MOD, VER, UNT and
-ACD to a Fics. Any other device at a port hears bytes that it does not know.
+ACD to a Fics. Each unit of a Fics that stands is selected in turn, and then the first one again: its terminal
+(RT1) shows them meanwhile. Any other device at a port hears bytes that it does not know.
 """
 
 import asyncio
@@ -14,9 +15,11 @@ from urllib.parse import quote
 from serial.tools import list_ports
 
 from gateway.core.line import FrameReader
+from gateway.fics.axes import at_rest
 from gateway.found import Found, FoundLine, FoundRobot
 from protocols.fics import link as fics
 from protocols.fics.link import TERMINATORS
+from protocols.fics.notation import LAST_UNIT
 from protocols.fics.row import FicsCommand
 from protocols.fics.status import AxisStatuses, GetAxisStatus
 from protocols.fics.system import (
@@ -24,6 +27,7 @@ from protocols.fics.system import (
     GetCommunicationMode,
     GetSystemVersion,
     GetUnit,
+    SelectUnit,
     SystemVersion,
     UnitNumbers,
 )
@@ -48,6 +52,10 @@ SETTLES_S = 0.1
 """Seconds after the first bytes in which an answer to them ends."""
 LONGEST_ANSWER = 64
 """Bytes of an answer that is waited for."""
+LONGEST_NAMES = 3 * (LAST_BODY + 1) + len(">&7FXID")
+"""Bytes of an answer to XID that names all bodies (RC-420 manual 17.2)."""
+UNKNOWN_BYTE_S = 10 / BAUDS[0]
+"""Time of a byte behind a terminal server, which does not tell its baud rate."""
 ENTRIES = 2048
 
 F = TypeVar("F")
@@ -163,16 +171,21 @@ class Questions:
         self._received.put_nowait(error)
 
     async def ask(
-        self, question: bytes, reader: FrameReader[F], answer: Callable[[F], T | None], within_s: float
+        self,
+        question: bytes,
+        reader: FrameReader[F],
+        answer: Callable[[F], T | None],
+        within_s: float,
+        longest: int = LONGEST_ANSWER,
     ) -> T | None:
-        """Ask, and give the first answer that is one; None if none comes.
+        """Ask, and give the first answer that is one, of `longest` bytes at most; None if none comes.
 
         :raises TransportLost: the port has gone.
         """
         while not self._received.empty():
             self._next(self._received.get_nowait())
         self.port.write(question)
-        wire_s = (len(question) + LONGEST_ANSWER) * self.port.byte_time_s
+        wire_s = (len(question) + longest) * (self.port.byte_time_s or UNKNOWN_BYTE_S)
         try:
             async with asyncio.timeout(wire_s + within_s):
                 while True:
@@ -201,7 +214,7 @@ async def _find_line(questions: Questions) -> FoundLine | None:
         return frame.payload if isinstance(frame, rorze.Answer) else ""
 
     question = rorze.encode(LINK_MASTER, IdentifyControllers())
-    controllers = await questions.ask(question, rorze.LinkReader(), answer, ANSWERS_WITHIN_S)
+    controllers = await questions.ask(question, rorze.LinkReader(), answer, ANSWERS_WITHIN_S, LONGEST_NAMES)
     return None if controllers is None else FoundLine(questions.port.address, controllers)
 
 
@@ -259,13 +272,38 @@ async def _find_robot(questions: Questions) -> FoundRobot | None:
 
 
 async def _describe(questions: Questions, robot: FoundRobot) -> None:
-    """Ask for what the configuration needs; no unit is selected for that."""
+    """Ask for what the configuration needs; units are selected only where nothing moves."""
     version = await _ask_robot(questions, robot, GetSystemVersion())
-    units = await _ask_robot(questions, robot, GetUnit())
-    axes = await _ask_robot(questions, robot, GetAxisStatus())
     robot.version = version if isinstance(version, SystemVersion) else None
-    robot.unit = units.host_unit if isinstance(units, UnitNumbers) else None
-    robot.axes = len(axes.axes) if isinstance(axes, AxisStatuses) else None
+    present = await _present_unit(questions, robot)
+    axes = await _ask_robot(questions, robot, GetAxisStatus())
+    if not isinstance(axes, AxisStatuses):
+        return
+    robot.units = {present or 1: len(axes.axes)}
+    if present is not None and at_rest(axes.axes):
+        await _find_units(questions, robot, present)
+
+
+async def _find_units(questions: Questions, robot: FoundRobot, present: int) -> None:
+    """Select units from 1 up until one is refused, and count their axes; `present` is selected again."""
+    try:
+        for number in range(1, LAST_UNIT + 1):
+            await _ask_robot(questions, robot, SelectUnit(unit=number))
+            if await _present_unit(questions, robot) != number:
+                break
+            axes = await _ask_robot(questions, robot, GetAxisStatus())
+            if isinstance(axes, AxisStatuses):
+                robot.units[number] = len(axes.axes)
+    finally:
+        for _ in range(ROUNDS):
+            await _ask_robot(questions, robot, SelectUnit(unit=present))
+            if await _present_unit(questions, robot) == present:
+                break
+
+
+async def _present_unit(questions: Questions, robot: FoundRobot) -> int | None:
+    numbers = await _ask_robot(questions, robot, GetUnit())
+    return numbers.host_unit if isinstance(numbers, UnitNumbers) else None
 
 
 async def _ask_robot(

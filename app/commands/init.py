@@ -3,8 +3,9 @@
 import asyncio
 import sys
 from collections.abc import Iterator
+from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -125,13 +126,16 @@ def init(
             "--thorough", help="Ask all 120 body numbers, not only those that the link master names."
         ),
     ] = False,
-    yes: Annotated[bool, typer.Option("--yes", help="Speak to all serial ports without asking.")] = False,
+    yes: Annotated[
+        bool, typer.Option("--yes", help="Ask nothing: speak to all serial ports, and leave names out.")
+    ] = False,
 ) -> None:
     """Find controllers at the ports of this machine, and write a configuration for them.
 
-    Nothing is sent that moves or changes a motor. Ctrl-C ends the search and keeps what was found.
+    Nothing is sent that moves or changes a motor. Ctrl-C ends the search and keeps what was found. At a
+    terminal names and scales are asked for, too.
     """
-    from app.found import config_of
+    from app.found import config_of, tables_of
     from gateway.search import addresses_of
 
     if out is not None and out.exists():
@@ -148,9 +152,12 @@ def init(
             "not answer XID is not found: write its line by hand.",
             exits.REFUSED,
         )
-    _write(config_of(found, finished=finished), out)
     for device in found:
         typer.echo(device.in_words(), err=True)
+    tables = tables_of(found)
+    if finished and not yes and _is_asked():
+        _ask_for_names([table for _, table in tables])
+    _write(config_of(tables, finished=finished), out)
     if not finished:
         raise Failure(
             "The search was ended before it was over: only what was found until then is written.",
@@ -187,6 +194,22 @@ def _agreed_ports(*, yes: bool) -> list[str]:
 def _is_asked() -> bool:
     """True if a person at a terminal can answer questions."""
     return sys.stdin.isatty()
+
+
+def _ask_for_names(tables: list[dict[str, Any]]) -> None:
+    """Ask a person for names and scales; Ctrl-C or Ctrl-D leaves out all that were not asked for yet."""
+    from app.found import ask_for_names
+
+    typer.echo("Names and scales, where you know them: Enter leaves one out, Ctrl-D all others.", err=True)
+    try:
+        for table in tables:
+            ask_for_names(table, _prompt, partial(typer.echo, err=True))
+    except typer.Abort:
+        typer.echo("", err=True)
+
+
+def _prompt(question: str) -> str:
+    return str(typer.prompt(question, default="", show_default=False, err=True))
 
 
 async def _search(ports: list[list[str]], found: list["Found"], *, thorough: bool) -> bool:

@@ -14,6 +14,7 @@ from simulator.fics.line import LineSettings, SimulatedFics
 from simulator.fics.line import build_line as build_fics
 from simulator.rorze.line import Rc400Line, build_line
 from simulator.truth import TruthLog
+from tests.gateway.rorze.far_end import until
 from tests.plants import in_virtual_time
 from tests.simulated_line import Machine, SimulatedCable
 from transports import Transport
@@ -21,7 +22,7 @@ from transports.addresses import Address
 from transports.base import Receiver, TransportLost, TransportUnavailable
 
 BODIES = (0x00, 0x0A, 0x3F)
-ALLOWED = ("!", "&7FXID", "MOD\r", "VER\r", "UNT\r", "ACD\r")
+ALLOWED = ("!", "&7FXID", "MOD\r", "VER\r", "UNT", "ACD\r")
 """Beginnings of the frames that may be sent, besides reads of position entries."""
 
 
@@ -69,6 +70,8 @@ class Bench:
     def __init__(self) -> None:
         self.machines: dict[tuple[str, str], Machine] = {}
         self.ports: dict[str, type[Deaf]] = {}
+        self.timed_baud: int | None = None
+        """Rate at which bytes take their time; None, they take none."""
         self.opened: list[Transport] = []
         self.notes: list[str] = []
         self.told: list[str] = []
@@ -80,7 +83,7 @@ class Bench:
         machine = self.machines.get((parts.path or parts.host, parts.options.get("baud", "")))
         port: Transport
         if machine is not None:
-            port = SimulatedCable(machine)
+            port = SimulatedCable(machine, self.timed_baud)
             port.address = address
         elif parts.path in self.ports:
             port = self.ports[parts.path](address)
@@ -160,10 +163,65 @@ def test_a_fics_is_found_in_the_mode_of_power_on(terminator: Terminator) -> None
         bench.machines["cell", ""] = fics(axes="XYZ@", terminator=terminator)
         (robot,) = await bench.search("tcp://cell:4001")
         assert isinstance(robot, FoundRobot)
-        assert (robot.address, robot.mode, robot.unit, robot.axes) == ("tcp://cell:4001", 2, 1, 4)
+        assert (robot.address, robot.mode, robot.units) == ("tcp://cell:4001", 2, {1: 4})
         assert robot.version is not None
 
     story()
+
+
+@in_virtual_time
+async def test_a_line_whose_120_bodies_are_all_named_is_found_at_its_rate() -> None:
+    bench, bodies = Bench(), tuple(range(0x78))
+    bench.timed_baud = 9600
+    bench.machines["/dev/ttyS1", "9600"] = rc400(bodies)
+    bench.machines["moxa", ""] = rc400(bodies)
+    for line in await bench.search("/dev/ttyS1", "tcp://moxa:1", thorough=False):
+        assert isinstance(line, FoundLine)
+        assert line.bodies == list(bodies)
+    assert sorted(line.address for line in bench.found) == ["serial:///dev/ttyS1?baud=9600", "tcp://moxa:1"]
+
+
+@pytest.mark.parametrize("mode", [2, 3])
+@pytest.mark.parametrize("present", [1, 3])
+def test_all_units_of_a_robot_are_found_and_the_present_one_is_selected_again(
+    mode: int, present: int
+) -> None:
+    @in_virtual_time
+    async def story() -> None:
+        bench, machine = Bench(), fics(units=3)
+        for command in (f"MOD {mode}\r", f"UNT {present}\r"):
+            machine.receive(command.encode("ascii"), 0.0)
+        machine.take_output(0.0)
+        bench.machines["cell", ""] = machine
+        (robot,) = await bench.search("tcp://cell:1")
+        assert isinstance(robot, FoundRobot)
+        assert robot.units == {1: 3, 2: 3, 3: 3}
+        assert machine.robot.host_unit == present
+
+    story()
+
+
+@in_virtual_time
+async def test_no_unit_of_a_robot_is_selected_while_it_moves() -> None:
+    bench, machine = Bench(), fics(units=2)
+    machine.receive(b"ORG\r", 0.0)
+    bench.machines["cell", ""] = machine
+    (robot,) = await bench.search("tcp://cell:1")
+    assert isinstance(robot, FoundRobot)
+    assert robot.units == {1: 3}
+    assert not any(data.startswith(b"UNT ") for data in bench.said())
+
+
+@in_virtual_time
+async def test_a_search_that_is_cancelled_among_units_leaves_the_one_that_was_selected() -> None:
+    bench, machine = Bench(), fics(units=3)
+    bench.machines["cell", ""] = machine
+    searching = asyncio.create_task(bench.search("tcp://cell:1"))
+    await until(lambda: machine.robot.host_unit == 2)
+    searching.cancel()
+    with pytest.raises(asyncio.CancelledError):
+        await searching
+    assert machine.robot.host_unit == 1
 
 
 @in_virtual_time
@@ -205,7 +263,7 @@ async def test_only_questions_are_asked_and_a_half_command_is_not_ended_but_spoi
         assert text.startswith(ALLOWED) or text[3:6] == "3ND", text
     assert {str(fact.facts["text"])[:3] for fact in line.truth.of("command")} == {"3ND"}
     spoiled, *asked = [str(fact.facts["text"]) for fact in robot.truth.of("command")]
-    assert (spoiled[:5], set(asked)) == ("ORG !", {"MOD", "VER", "UNT", "ACD"})
+    assert (spoiled[:5], {text[:3] for text in asked}) == ("ORG !", {"MOD", "VER", "UNT", "ACD"})
     assert not robot.truth.of("motion_start")
 
 

@@ -10,7 +10,7 @@ from typer.testing import CliRunner, Result
 
 from app.cli import app
 from app.commands import init
-from app.found import config_of
+from app.found import ask_for_names, config_of, tables_of
 from gateway import search
 from gateway.config import parse
 from gateway.fics import config as fics
@@ -19,7 +19,7 @@ from gateway.rorze import config as rorze
 from protocols.fics.system import GetSystemVersion
 
 LINE = FoundLine("serial:///dev/ttyUSB0?baud=9600", "00,3F", [0x00, 0x3F], complete=True)
-ROBOT = FoundRobot("tcp://cell:1", "crlf", mode=2, unit=2, axes=4)
+ROBOT = FoundRobot("tcp://cell:1", "crlf", mode=2, units={1: 3, 2: 4})
 
 
 def run(*words: str | Path, answer: str = "") -> Result:
@@ -54,13 +54,13 @@ def test_what_is_written_is_what_was_found_and_check_accepts_it(
     assert isinstance(line, rorze.RorzeLineTable)
     assert isinstance(cell, fics.FicsLineTable)
     assert (line.id, line.address, [body.id for body in line.bodies]) == ("line1", LINE.address, ["00", "3F"])
-    (unit,) = cell.robot.units
     assert (cell.address, cell.terminator, cell.robot.id) == (ROBOT.address, "crlf", "r1")
-    assert (unit.number, unit.axes) == (2, ("X", "Y", "Z", "@"))
+    units = [(unit.number, unit.axes) for unit in cell.robot.units]
+    assert units == [(1, ("X", "Y", "Z")), (2, ("X", "Y", "Z", "@"))]
     checked = run("check", file)
     assert checked.exit_code == 0
     assert "bodies 00, 3F" in checked.stdout
-    assert "robot r1, unit 2 of X, Y, Z, @" in checked.stdout
+    assert "unit 2 of X, Y, Z, @" in checked.stdout
 
 
 def test_without_a_file_it_is_printed(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -138,22 +138,85 @@ def test_what_is_no_port_is_refused() -> None:
         FoundLine("tcp://host:1", '# "quoted"\n[[lines]]', [], complete=True),
         FoundRobot("tcp://host:1", "cr"),
         FoundRobot(
-            "dpram:///dev/uio0", "cr", 3, GetSystemVersion().read_reply(GetSystemVersion.example[1][4:]), 1, 8
+            "dpram:///dev/uio0",
+            "cr",
+            3,
+            GetSystemVersion().read_reply(GetSystemVersion.example[1][4:]),
+            dict.fromkeys(range(1, 10), 8),
         ),
         FoundLine("serial:///dev/serial/by-id/usb-A%20B?baud=9600", "", list(range(0x78)), complete=True),
     ],
 )
 def test_whatever_is_found_makes_a_configuration(found: Found) -> None:
-    config = parse(config_of([found], finished=True), "written")
-    assert config.lines[0].address == found.address
+    text = config_of(tables_of([found]), finished=True)
+    assert parse(text, "written").lines[0].address == found.address
 
 
-@pytest.mark.parametrize("axes", [1, 3, 8])
-def test_what_is_written_for_people_to_fill_in_fits_the_robot_that_was_found(axes: int) -> None:
-    text = config_of([FoundRobot("tcp://host:1", "cr", axes=axes), LINE], finished=True)
-    filled_in = re.sub(r"(?m)^# (?=\w+ = )", "", text)
+def test_each_body_and_each_unit_is_one_line_of_the_file() -> None:
+    text = config_of(tables_of([ROBOT, LINE]), finished=True)
+    assert [row for row in text.splitlines() if row.startswith("  ")] == [
+        '  { id = "00" },',
+        '  { id = "3F" },',
+        '  { number = 1, axes = ["X", "Y", "Z"] },',
+        '  { number = 2, axes = ["X", "Y", "Z", "@"] },',
+    ]
+    filled_in = re.sub(r"(?m)^# (?=\w+ = (?!.*,))", "", text)
     assert len(parse(filled_in, "written").lines) == 2
-    assert filled_in.count("system =") == 1
+
+
+# names and scales
+
+ANSWERS = {
+    "line1.00, name": ["left rail"],
+    "line1.00, pulses per mm or deg": [""],
+    "line1.3F, name": ["a\x1b[2J", "リフト"],
+    "line1.3F, pulses per mm or deg": ["many", "0/mm", "333.33 pulses/deg"],
+    "r1, name": ["picker"],
+    "r1/units/1, axes [X,Y,Z]": ["X,X", "x y z"],
+    "r1/units/1, counted in": ["inches", "mm, mm", "mm, mm, degree"],
+    "r1/units/2, axes [X,Y,Z,@]": [""],
+    "r1/units/2, counted in": ["pulse"],
+}
+
+
+def asked(question: str, left: dict[str, list[str]]) -> str:
+    [key] = (key for key in left if question.startswith(key))
+    return left[key].pop(0)
+
+
+def test_what_people_answer_is_written_and_a_wrong_answer_is_told_and_asked_for_again() -> None:
+    tables, told, left = tables_of([ROBOT, LINE]), list[str](), {k: list(v) for k, v in ANSWERS.items()}
+    for _, table in tables:
+        ask_for_names(table, lambda question: asked(question, left), told.append)
+    assert not any(left.values()), "each answer was asked for"
+    line, cell = parse(config_of(tables, finished=True), "written").lines
+    assert isinstance(line, rorze.RorzeLineTable)
+    assert isinstance(cell, fics.FicsLineTable)
+    assert [(body.name, body.units and body.units.words) for body in line.bodies] == [
+        ("left rail", None),
+        ("リフト", "333.33 pulses/deg"),
+    ]
+    first, second = cell.robot.units
+    assert (cell.robot.name, first.axes, first.system) == ("picker", ("X", "Y", "Z"), ("mm", "mm", "degree"))
+    assert (second.axes, second.system) == (("X", "Y", "Z", "@"), "pulse")
+    assert len(told) == 6
+    assert all(sentence.endswith(".") for sentence in told)
+
+
+def test_names_are_asked_for_at_a_terminal_alone_and_may_be_left_out(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    finds(monkeypatch, LINE)
+    monkeypatch.setattr(init, "_is_asked", lambda: True)
+    words = ("init", "--port", "tcp://host:1", "--out")
+    said = run(*words, tmp_path / "a.toml", answer="lift\n100/mm\n")  # then Ctrl-D
+    assert said.exit_code == 0
+    written = (tmp_path / "a.toml").read_text("utf-8")
+    assert '{ id = "00", name = "lift", units = { unit = "mm", pulses_per_unit = 100.0 } }' in written
+    assert '{ id = "3F" }' in written
+    assert "Names and scales" not in run(*words, tmp_path / "b.toml", "--yes").stderr
+    monkeypatch.setattr(init, "_is_asked", lambda: False)
+    assert "Names and scales" not in run(*words, tmp_path / "c.toml").stderr
 
 
 # check
