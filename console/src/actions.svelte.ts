@@ -145,6 +145,13 @@ export function nameOf(target: Target): string {
   return target.name ? `${target.name} (${id})` : id;
 }
 
+/** Name what has an address such as `r1/units/1`. */
+export function nameAt(address: string): string {
+  const [owner = "", , unit] = address.split("/");
+  const found = plant.target(owner);
+  return `${found ? nameOf(found) : owner}${unit ? ` · ${words().robot.unit(Number(unit))}` : ""}`;
+}
+
 export async function copy(text: string): Promise<void> {
   try {
     await navigator.clipboard.writeText(text);

@@ -34,8 +34,6 @@ export interface Face {
   speedUnit: string;
   steps: readonly number[];
   stepUnit: string;
-  /** Whether its positions have names. */
-  isNamed?: boolean;
   /** Store where it stands under a number, with a name. */
   teach: (number: number, name: string) => Deed;
   stop: Deed;

@@ -17,7 +17,7 @@ export function shown(body: Body, pulses: number | null): Shown {
   if (pulses === null) return { value: "–", unit: body.unit ?? "", pulses: undefined };
   const whole = GROUPED.format(pulses).replaceAll(",", "\u202f");
   const scaled = scaledOf(body, pulses);
-  if (scaled === undefined) return { value: whole, unit: "pulse", pulses: undefined };
+  if (scaled === undefined) return { value: whole, unit: words().plant.pulse, pulses: undefined };
   return { value: scaled.toFixed(decimals(body)), unit: body.unit ?? "", pulses: words().plant.pulses(whole) };
 }
 

@@ -19,6 +19,12 @@ export function nameOfCause(cause: string): string {
   return what.map((part) => named({ ...events.parts, ...statusBits }, part)).join(language.now === "ja" ? "、" : ", ");
 }
 
+/** Why a move ended: causes in words, several joined by a plus. */
+export function nameOfEnd(cause: string): string {
+  const { moveEnds, moveStates, sensors } = words();
+  return cause.split("+").map((it) => named({ ...moveStates, ...sensors, ...moveEnds }, it)).join(" + ");
+}
+
 /** What it is about, as an address. */
 export function addressOf({ subject }: Event): string {
   return subject.replace(/^\/(\w+\/(?=.))?/, "");
@@ -128,7 +134,7 @@ function saidByMove(move: AnyMove): string {
   const { moveKinds } = words();
   const places = "start" in move ? [move.start, move.target] : [move.start_position, move.target_position];
   const way = places.some(isKnown) ? places.map(placed).join(" → ") + (places.some(Number.isFinite) ? " pulse" : "") : "";
-  const end = move.end_cause && move.end_cause !== "normal" ? move.end_cause : "";
+  const end = move.end_cause && move.end_cause !== "normal" ? nameOfEnd(move.end_cause) : "";
   return [named(moveKinds, move.kind), way, end, translated(move.error?.detail ?? "")].filter(Boolean).join(", ");
 }
 

@@ -30,7 +30,9 @@ FAILED: Final = ("failed", "lost", "unknown", "rejected")
 _MOVES: Final = """
     SELECT id, target, at,
         json_extract(record, '$.status') AS status,
-        coalesce(json_extract(record, '$.end_cause'), json_extract(record, '$.error.type')) AS cause,
+        CASE json_extract(record, '$.status') WHEN 'lost' THEN 'lost'
+            ELSE coalesce(json_extract(record, '$.end_cause'), json_extract(record, '$.error.type'))
+            END AS cause,
         (julianday(json_extract(record, '$.ended_at')) - julianday(json_extract(record, '$.sent_at'))) * 86400
             AS took_s,
         json_extract(record, '$.kind') AS kind,

@@ -287,6 +287,7 @@ export const en = {
     add: "Add to the configuration",
     adding: "They are written into the configuration file, and their line is opened anew.",
     noMove: "no move yet",
+    pulse: "pulse",
     pulses: (value: string) => `${value} pulses`,
     asOf: (age: string) => `read ${age} ago`,
     lastKnown: (age: string) => `as last known, ${age} ago`,
@@ -347,6 +348,18 @@ export const en = {
     ems: "EMS",
     plus_limit: "+ limit",
     minus_limit: "− limit",
+  } as Record<string, string>,
+
+  /** Those that are no sensor. */
+  moveEnds: {
+    stop_command: "stop",
+    not_executed: "not executed",
+    position_mismatch: "at another place",
+    not_in_position: "not in position",
+    "move-failed": "failed",
+    "no-reply": "no reply",
+    "controller-refused": "refused by the controller",
+    "robot-failed": "error of the robot",
   } as Record<string, string>,
 
   axis: {
@@ -506,6 +519,7 @@ export const en = {
 
   positions: {
     teachAs: (number: number) => `Teach here as ${number}`,
+    rename: (number: number) => `Name ${number}`,
     putNumberBack: (number: number) => `Put ${number} back`,
     before: "Earlier numbers",
     after: "Later numbers",

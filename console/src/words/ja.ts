@@ -287,6 +287,7 @@ export const ja: typeof en = {
     add: "設定ファイルに加える",
     adding: "設定ファイルに書き込み、回線を開き直します。",
     noMove: "動作なし",
+    pulse: "パルス",
     pulses: (value) => `${value} パルス`,
     asOf: (age) => `${age}前の値`,
     lastKnown: (age) => `最後に分かった値（${age}前）`,
@@ -347,6 +348,17 @@ export const ja: typeof en = {
     ems: "EMS",
     plus_limit: "+ リミット",
     minus_limit: "− リミット",
+  },
+
+  moveEnds: {
+    stop_command: "停止コマンド",
+    not_executed: "実行されず",
+    position_mismatch: "位置の不一致",
+    not_in_position: "位置決め未完了",
+    "move-failed": "失敗",
+    "no-reply": "応答なし",
+    "controller-refused": "コントローラが拒否",
+    "robot-failed": "ロボットのエラー",
   },
 
   axis: {
@@ -506,6 +518,7 @@ export const ja: typeof en = {
 
   positions: {
     teachAs: (number) => `現在位置を ${number} に登録`,
+    rename: (number) => `${number} に名称を付ける`,
     putNumberBack: (number) => `${number} を元に戻す`,
     before: "前の番号",
     after: "次の番号",

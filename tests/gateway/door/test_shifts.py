@@ -103,12 +103,15 @@ async def test_homings_that_find_another_origin_are_told(tmp_path: Path) -> None
 async def test_a_loss_of_power_between_two_homings_leaves_nothing_to_compare(tmp_path: Path) -> None:
     async with working(tmp_path) as (plant, wire):
         await move(plant, "3F", Home())
+        await do(plant, KIM, "/bodies/3F", MoveClockwise(distance=900_000))
         for on in (False, True):
             wire.machine.switch_body(0x3F, on=on, now=asyncio.get_running_loop().time())
             await asyncio.sleep(30.0)
         assert plant.body("3F").power.cycled
         await move(plant, "3F", Home())
-        assert (await get_shift(plant)).homings == []
+        shift = await get_shift(plant)
+        assert shift.homings == []
+        assert [(it.cause, it.moves) for it in shift.failures] == [("lost", 1)]
 
 
 @in_virtual_time
