@@ -1,7 +1,8 @@
 """A line on the bench: numbered questions to it, and what their answers show together."""
 
 import asyncio
-from collections.abc import Awaitable, Callable, Iterator, Sequence
+from collections.abc import AsyncIterator, Awaitable, Callable, Iterator, Sequence
+from contextlib import asynccontextmanager, suppress
 from dataclasses import dataclass
 from math import ceil
 from statistics import median
@@ -9,7 +10,8 @@ from typing import Any
 
 from commissioning.assumptions import Assumption, Level
 from commissioning.conversation import Conversation, Frame, Heard
-from commissioning.findings import Change, Finding, agrees, cannot_tell, fails
+from commissioning.debts import Debt, Debts
+from commissioning.findings import Change, Finding, Unanswered, agrees, cannot_tell, fails
 
 PATIENCE_S = 10.0
 """The first answer of a line is waited for this long."""
@@ -29,6 +31,10 @@ ALLOWANCE = 2.0
 MODEL_TURNAROUND_S = 0.003
 """Time in seconds from a question to its reply in the gateway's own plan."""
 ROUNDING = 1e-3
+LEFT = (
+    "A commissioning that was killed has left it otherwise than it was: {command} sets it back. No motor "
+    "moves because of it. Do it?"
+)
 SLOW_SHARE = 0.5
 """A reply that takes this share of the reply timeout leaves too little of it."""
 
@@ -44,11 +50,11 @@ class Places:
     other: float
 
 
-Consent = Callable[[Assumption, str, str], Awaitable[bool]]
-"""Asks people whether something may be done: the row, to which body or robot, and a sentence that says it."""
+Consent = Callable[[str, str], Awaitable[bool]]
+"""Asks people whether something may be done: to which body or robot, and a sentence that says it."""
 
 
-async def nobody(_row: Assumption, _subject: str, _what: str) -> bool:
+async def nobody(_subject: str, _what: str) -> bool:
     """Refuse consent: there is no person at a terminal to give it."""
     return False
 
@@ -71,6 +77,7 @@ class Bench:
         self.line = line
         self.talk = talk
         self.terms = terms
+        self.debts = Debts()
         self.patience_s = PATIENCE_S
         self.asked: dict[Key, float] = {}
         """Times at which numbered questions were on the wire, in seconds of the port's clock."""
@@ -102,6 +109,70 @@ class Bench:
         """All who are asked."""
         raise NotImplementedError
 
+    def command_of(self, debt: Debt) -> Any:
+        """The command that pays a debt.
+
+        :raises ValueError: there is none such.
+        """
+        raise NotImplementedError
+
+    def frame_of(self, debt: Debt) -> bytes:
+        """The frame that pays a debt."""
+        raise NotImplementedError
+
+    def subject_of(self, debt: Debt) -> str:
+        """The body or robot that is owed something, by its name in the configuration."""
+        raise NotImplementedError
+
+    async def set_back(self, place: int, command: Any) -> None:
+        """Send a command that sets something back.
+
+        :raises Unanswered: it was not taken, or nobody knows.
+        """
+        raise NotImplementedError
+
+    # what is set and has to be set back
+
+    @asynccontextmanager
+    async def owing(self, place: int, command: Any) -> AsyncIterator[None]:
+        """Set something back when the block ends; for one that is killed it is written down before.
+
+        :raises Unanswered: it cannot be written down; nothing was set.
+        """
+        debt = Debt(place=place, command=command.name(), fields=command.model_dump(mode="json"))
+        try:
+            self.debts.note(debt)
+        except OSError as error:
+            raise Unanswered(f"{self.debts.file} cannot be written ({error.strerror}).") from error
+        try:
+            yield
+        finally:
+            await self._pay(debt, command)
+
+    async def _pay(self, debt: Debt, command: Any) -> None:
+        """Set something back, and again where that was not seen; else the debt stands."""
+        for _ in range(TRIES):
+            with suppress(Unanswered, OSError):
+                await self.set_back(debt.place, command)
+                self.debts.cross_out(debt)
+                break
+
+    async def pay_all(self) -> None:
+        """Set back what a commissioning has left that was killed, where people agree."""
+        for debt in self.debts.left():
+            command = self.command_of(debt)
+            subject, what = self.subject_of(debt), LEFT.format(command=self._in_words(debt))
+            await self.sample()
+            if self.terms.allowed and await self.consents(subject, f"{subject}: {what}"):
+                await self._pay(debt, command)
+
+    def left(self) -> list[str]:
+        """The commands that have yet to set something back, each in words."""
+        return [f"{self.subject_of(debt)}: {self._in_words(debt)}" for debt in self.debts.left()]
+
+    def _in_words(self, debt: Debt) -> str:
+        return self.frame_of(debt).decode("ascii").strip()
+
     # questions
 
     async def ask_number(self, speaker: int) -> bool:
@@ -121,10 +192,10 @@ class Bench:
         """Longest wait for the answer to a frame, in seconds."""
         return (len(frame) + LONGEST_ANSWER) * self.talk.port.byte_time_s + self.patience_s
 
-    async def consents(self, row: Assumption, subject: str, what: str) -> bool:
+    async def consents(self, subject: str, what: str) -> bool:
         """Ask people once for each body or robot and each sentence."""
         if (subject, what) not in self._agreed:
-            self._agreed[subject, what] = await self.terms.consent(row, subject, what)
+            self._agreed[subject, what] = await self.terms.consent(subject, what)
         return self._agreed[subject, what]
 
     def background(self, deed: Awaitable[bool]) -> "asyncio.Future[bool]":

@@ -9,9 +9,12 @@ from typing import Any, Final
 from commissioning.assumptions import Assumption
 from commissioning.bench import SETTLES_S, TRIES, Bench, Key, Terms, copies, echo, late_replies, turnaround
 from commissioning.conversation import Conversation, Heard
-from commissioning.findings import Change, Finding, agrees, cannot_tell, fails
+from commissioning.debts import Debt
+from commissioning.findings import Change, Finding, Unanswered, agrees, cannot_tell, fails
+from gateway.fics.session import NO_UPLOAD
 from gateway.fics.units import NOT_SET
-from protocols.fics.alarms import GetErrorDetail
+from protocols.fics.alarms import GetErrorDetail, TakeCurrentError
+from protocols.fics.commands import BY_NAME
 from protocols.fics.link import (
     TERMINATORS,
     FicsRefusal,
@@ -23,16 +26,19 @@ from protocols.fics.link import (
 )
 from protocols.fics.motor_axes import GetMotorPosition
 from protocols.fics.notation import DECIMALS, LARGEST, UNKNOWN
-from protocols.fics.positions import DownloadPositions
+from protocols.fics.positions import DownloadPositions, EndPositionUpload
 from protocols.fics.row import FicsCommand
 from protocols.fics.status import STATUS_BITS, AxisStatuses, GetAxisStatus, GetUserPosition, MotionMode
-from protocols.fics.system import GetSystemVersion
+from protocols.fics.system import GetCommunicationMode, GetSystemVersion, GetUnit, HostMode, SelectUnit
 from protocols.fics.variables import GetVariable, VariableValue
 from protocols.table import WireFault
 from transports.addresses import Address
 
 ROBOT: Final = 0
 """A robot is alone on its line."""
+ANY_UNIT: Final = 0
+NO_ERROR: Final = "E00"
+STANDS: Final = frozenset({MotionMode.STANDING, MotionMode.STOPPED})
 CLEARING: Final = b"!"
 POSITIONS_READ: Final = 8
 HUNDREDTHS: Final = 2
@@ -113,6 +119,72 @@ class FicsBench(Bench):
             return None if payload is None else command.read_reply(payload)
         except WireFault:
             return None
+
+    async def refused(self, command: FicsCommand[Any]) -> str | None:
+        """Send a command, and give the error that refused it; a robot in Ver.2 tells it only if asked (ERR).
+
+        :raises Unanswered: it has told neither.
+        """
+        reply = await self.read(GetCommunicationMode()) if not self.memory.get("uploading") else None
+        tells = reply is not None and reply.mode == HostMode.VER_3
+        self.memory["tells"] = tells = self.memory.get("tells", tells) if reply is None else tells
+        if tells or command.is_query():
+            frames = await self.ask(command)
+            refusals = [frame.error for frame in frames if isinstance(frame, FicsRefusal)]
+            if tells and not frames:
+                raise Unanswered(f"{command.code} was not answered.")
+            if frames:
+                return refusals[0] if refusals else None
+        else:
+            self.talk.send(self.frame(command))
+            await self.settle()
+        error = await self.read(TakeCurrentError(), tries=1)  # asking has cleared it
+        if error is None:
+            raise Unanswered(f"The robot did not tell whether it has refused {command.code}.")
+        return None if error.error == NO_ERROR else str(error.error)
+
+    async def unit(self) -> int | None:
+        """The number of the unit that the robot has selected; None if it does not tell."""
+        units, told = self.line.robot.units, await self.read(GetUnit())
+        return told.host_unit if told is not None else units[0].number if len(units) == 1 else None
+
+    async def places_at_rest(self) -> str | None:
+        """The places of all motors, where each tells that it stands; None if one does not."""
+        status, places = await self.read(GetAxisStatus()), await self.told(GetMotorPosition())
+        return places if status is not None and {axis.motion_mode for axis in status.axes} <= STANDS else None
+
+    def command_of(self, debt: Debt) -> FicsCommand[Any]:
+        """The command that pays a debt.
+
+        :raises ValueError: there is none such.
+        """
+        if debt.command not in BY_NAME:
+            raise ValueError(f"{debt.command} is no command of a Fics")
+        return BY_NAME[debt.command].model_validate(debt.fields)
+
+    def frame_of(self, debt: Debt) -> bytes:
+        """The frame that pays a debt."""
+        return self.frame(self.command_of(debt))
+
+    def subject_of(self, debt: Debt) -> str:  # noqa: ARG002  # a robot is alone on its line
+        """The robot."""
+        return str(self.line.robot.id)
+
+    async def set_back(self, place: int, command: FicsCommand[Any]) -> None:
+        """Send a command that sets something back, with its unit selected, and nothing moving in it.
+
+        :raises Unanswered: it was not taken, or nobody knows.
+        """
+        self.memory["uploading"] = isinstance(command, EndPositionUpload)  # then all but ERR is refused
+        if place != ANY_UNIT:
+            if place != await self.unit():
+                await self.refused(SelectUnit(unit=place))
+            if await self.places_at_rest() is None:
+                raise Unanswered("Something moves: it would go faster, or farther.")
+        error = await self.refused(command)
+        self.memory["uploading"] = False
+        if error not in (None, NO_UPLOAD):
+            raise Unanswered(f"{command.code} was refused with {error}.")
 
     async def is_there(self) -> bool:
         """Tell whether the robot answers."""

@@ -12,13 +12,23 @@ from typing import Any, Final
 
 from commissioning.assumptions import Assumption
 from commissioning.bench import LONGEST_ANSWER, OUTAGE
-from commissioning.fics import NOBODY, QUESTIONS, REST_S, FicsBench, Trial, at_rest, stored
-from commissioning.findings import Finding, Result, Unanswered, agrees, cannot_tell, fails
+from commissioning.fics import (
+    ANY_UNIT,
+    NO_ERROR,
+    NOBODY,
+    QUESTIONS,
+    REST_S,
+    STANDS,
+    FicsBench,
+    Trial,
+    at_rest,
+    stored,
+)
+from commissioning.findings import Finding, Result, agrees, cannot_tell, fails
 from gateway.fics.session import NO_UPLOAD
 from protocols.fics.alarms import ResetErrors, TakeCurrentError
 from protocols.fics.jog import StartJog, StopJog
 from protocols.fics.link import FicsRefusal
-from protocols.fics.motor_axes import GetMotorPosition
 from protocols.fics.moves import MoveAbsolute
 from protocols.fics.notation import UNKNOWN
 from protocols.fics.positions import (
@@ -38,7 +48,7 @@ from protocols.fics.soft_limits import (
 from protocols.fics.speeds import GetMaximumSpeeds, GetSpeedPercent, SetMaximumSpeeds, SetSpeedPercent
 from protocols.fics.status import GetAxisStatus, GetUserPosition, MotionMode
 from protocols.fics.stops import StopAllDecelerating, StopAllImmediately
-from protocols.fics.system import GetCommunicationMode, GetSystemVersion, GetUnit, HostMode
+from protocols.fics.system import GetSystemVersion
 from protocols.fics.variables import LAST_VARIABLE, GetVariable, SetVariable
 from transports import TransportError
 
@@ -67,9 +77,7 @@ STOPS: Final = 3
 """Times that AES is sent to a robot that is not seen to stand."""
 STOPPED_WITHIN_S: Final = 1.0
 """Seconds after which an axis that is not seen to stand is stopped again."""
-STANDS: Final = frozenset({MotionMode.STANDING, MotionMode.STOPPED})
 HARDWARE_STOP: Final = "Use the hardware stop."
-NO_ERROR: Final = "E00"
 NOT_AGREED: Final = "Nobody has agreed to it."
 NEEDS_A_BOOT: Final = (
     "An answer at the moment in which the robot is switched on, and a robot that takes more than {:g} s from "
@@ -82,37 +90,13 @@ async def _agreed(row: Assumption, bench: FicsBench, what: str) -> Finding | Non
     if not await bench.is_there():
         return cannot_tell(row, NOBODY)
     robot = bench.line.robot.id
-    if not await bench.consents(row, robot, f"Robot {robot}: {what} Do it?"):
+    if not await bench.consents(robot, f"Robot {robot}: {what} Do it?"):
         return cannot_tell(row, NOT_AGREED)
     if await at_rest(bench) is None:
         return cannot_tell(
             row, "The robot moves, or has an error.", "A robot that stands still without error."
         )
     return None
-
-
-async def _refused(bench: FicsBench, command: FicsCommand[Any]) -> str | None:
-    """Send a command, and give the error that refused it; a robot in Ver.2 tells it only if asked (ERR).
-
-    :raises Unanswered: it has told neither.
-    """
-    reply = await bench.read(GetCommunicationMode()) if not bench.memory.get("uploading") else None
-    tells = reply is not None and reply.mode == HostMode.VER_3
-    bench.memory["tells"] = tells = bench.memory.get("tells", tells) if reply is None else tells
-    if tells or command.is_query():
-        frames = await bench.ask(command)
-        refusals = [frame.error for frame in frames if isinstance(frame, FicsRefusal)]
-        if tells and not frames:
-            raise Unanswered(f"{command.code} was not answered.")
-        if frames:
-            return refusals[0] if refusals else None
-    else:
-        bench.talk.send(bench.frame(command))
-        await bench.settle()
-    error = await bench.read(TakeCurrentError(), tries=1)  # asking has cleared it
-    if error is None:
-        raise Unanswered(f"The robot did not tell whether it has refused {command.code}.")
-    return None if error.error == NO_ERROR else str(error.error)
 
 
 SETS: Final = "numbers and positions are set and set back, no axis moves because of it."
@@ -122,7 +106,7 @@ async def upload_end(row: Assumption, bench: FicsBench) -> Finding:
     """Send POF 2 where no upload is open."""
     if unable := await _agreed(row, bench, SETS):
         return unable
-    error = await _refused(bench, EndPositionUpload())
+    error = await bench.refused(EndPositionUpload())
     seen = f"POF 2 without an upload is {'done' if error is None else f'refused with {error}'}."
     return agrees(seen) if error == NO_UPLOAD else fails(row, seen)
 
@@ -130,14 +114,10 @@ async def upload_end(row: Assumption, bench: FicsBench) -> Finding:
 @asynccontextmanager
 async def _upload(bench: FicsBench) -> AsyncIterator[str | None]:
     """Open an upload at the last number, and end it whatever happens: until then no stop is taken."""
-    error = await _refused(bench, BeginPositionUpload(first=LAST_POSITION))
-    bench.memory["uploading"] = True
-    try:
+    async with bench.owing(ANY_UNIT, EndPositionUpload()):
+        error = await bench.refused(BeginPositionUpload(first=LAST_POSITION))
+        bench.memory["uploading"] = True
         yield error
-    finally:
-        with suppress(TransportError):
-            await bench.ask(EndPositionUpload())
-        bench.memory["uploading"] = False
 
 
 async def upload_refusal(row: Assumption, bench: FicsBench) -> Finding:
@@ -147,7 +127,7 @@ async def upload_refusal(row: Assumption, bench: FicsBench) -> Finding:
     async with _upload(bench) as error:
         if error is not None:
             return cannot_tell(row, f"POF 1 is refused with {error}.")
-        refused = await _refused(bench, GetVariable(number=LAST_VARIABLE))
+        refused = await bench.refused(GetVariable(number=LAST_VARIABLE))
     seen = f"A question in an upload is {'answered' if refused is None else f'refused with {refused}'}."
     return agrees(seen) if refused == UPLOAD_ERROR else fails(row, seen)
 
@@ -161,13 +141,13 @@ async def pos_left_out(row: Assumption, bench: FicsBench) -> Finding:
     if before or axes < 2:
         return cannot_tell(row, f"Position {LAST_POSITION} is taken, or the unit has one axis.")
     whole: list[float | None] = [float(number) for number in range(1, axes + 1)]
-    for coordinates in (whole, [None, *whole[1:]]):
-        async with _upload(bench) as error:
-            if error is not None:
-                return cannot_tell(row, f"POF 1 is refused with {error}.")
-            await _refused(bench, UploadPosition(coordinates=coordinates))
-    after, _ = await stored(bench, LAST_POSITION, 1)
-    await bench.ask(ClearPositions(first=LAST_POSITION, count=1))
+    async with bench.owing(await bench.unit() or ANY_UNIT, ClearPositions(first=LAST_POSITION, count=1)):
+        for coordinates in (whole, [None, *whole[1:]]):
+            async with _upload(bench) as error:
+                if error is not None:
+                    return cannot_tell(row, f"POF 1 is refused with {error}.")
+                await bench.refused(UploadPosition(coordinates=coordinates))
+        after, _ = await stored(bench, LAST_POSITION, 1)
     if not after:
         return cannot_tell(row, "What was stored is not told.")
     seen = f"A position without its first axis over another one is told as {after[0]}."
@@ -182,20 +162,17 @@ async def numbers_as_set(row: Assumption, bench: FicsBench) -> Finding:
     if before is None:
         return cannot_tell(row, f"Variable V{LAST_VARIABLE} is not told.")
     told: dict[float, float | None] = {}
-    try:
+    async with bench.owing(ANY_UNIT, SetVariable(number=LAST_VARIABLE, value=before.value)):
         for value in VALUES:
-            await _refused(bench, SetVariable(number=LAST_VARIABLE, value=value))
+            await bench.refused(SetVariable(number=LAST_VARIABLE, value=value))
             after = await bench.read(GetVariable(number=LAST_VARIABLE))
             told[value] = None if after is None else after.value
-    finally:
-        with suppress(TransportError, Unanswered):
-            await _refused(bench, SetVariable(number=LAST_VARIABLE, value=before.value))
     wrong = {value: answer for value, answer in told.items() if answer != value}
     if wrong:
         return fails(
-            row, "; ".join(f"{value:g} was set and {answer} is told" for value, answer in wrong.items()) + "."
+            row, "; ".join(f"{value} was set and {answer} is told" for value, answer in wrong.items()) + "."
         )
-    return agrees(f"{', '.join(f'{value:g}' for value in VALUES)} are told as they were set.")
+    return agrees(f"{', '.join(map(str, VALUES))} are told as they were set.")
 
 
 # The power
@@ -236,7 +213,6 @@ async def _see_outage(row: Assumption, bench: FicsBench) -> Outage | Finding:
     since, begun_at = len(bench.talk.heard), bench.talk.now()
     switching = bench.background(
         bench.terms.switch(
-            row,
             robot,
             f"While nothing moves, switch {robot} off, and on again as fast as you can. Answer at the moment "
             "in which you switch it on. Is it on?",
@@ -349,9 +325,8 @@ class Way:
 
 async def _first_axis(bench: FicsBench) -> str | None:
     """The name of the first axis of the unit that the robot has selected; None if it does not tell."""
-    units, told = bench.line.robot.units, await bench.read(GetUnit())
-    number = told.host_unit if told is not None else units[0].number if len(units) == 1 else None
-    axes = next((unit.axes for unit in units if unit.number == number), None)
+    number = await bench.unit()
+    axes = next((unit.axes for unit in bench.line.robot.units if unit.number == number), None)
     return None if axes is None else f"{axes[0]} of unit {number}"
 
 
@@ -406,15 +381,12 @@ async def _meanwhile(
         return
     before: Values = list(getattr(told, name))
     values = change(before)
-    try:
-        await _refused(bench, setting(**{name: values}))
+    async with bench.owing(await bench.unit() or ANY_UNIT, setting(**{name: before})):
+        await bench.refused(setting(**{name: values}))
         after = await bench.read(question)
         yield after is not None and all(
             value in (None, read) for value, read in zip(values, getattr(after, name), strict=False)
         )
-    finally:
-        with suppress(TransportError, Unanswered):
-            await _refused(bench, setting(**{name: before}))
 
 
 @asynccontextmanager
@@ -445,17 +417,11 @@ async def _halted(bench: FicsBench, *gently: FicsCommand[Any]) -> bool:
             bench.talk.send(bench.frame(stop))
             deadline = bench.talk.now() + STOPPED_WITHIN_S
             while bench.talk.now() < deadline:
-                before = await _looked(bench)
+                before = await bench.places_at_rest()
                 await bench.pause(REST_S)
-                if before is not None and before == await _looked(bench):
+                if before is not None and before == await bench.places_at_rest():
                     return True
     return False
-
-
-async def _looked(bench: FicsBench) -> str | None:
-    """The places of all motors, where each tells that it stands; None if one does not."""
-    status, places = await bench.read(GetAxisStatus()), await bench.told(GetMotorPosition())
-    return places if status is not None and {axis.motion_mode for axis in status.axes} <= STANDS else None
 
 
 async def _stands(bench: FicsBench) -> float | None:

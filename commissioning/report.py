@@ -10,10 +10,11 @@ from commissioning.conversation import Frame
 from commissioning.findings import Result
 
 NO_MOTION = (
-    "**Do not run motion on this line.** No setting of the gateway is right for what contradicts it: send "
-    "this "
-    "report to the maker of the controller and to whoever maintains the gateway."
+    "Do not run motion on this line: no setting of the gateway is right for what contradicts it. Do what is "
+    "said behind it, and repeat this. Where that changes nothing, send the report to the maker of the "
+    "controller and to whoever maintains the gateway."
 )
+LEFT = "It is still otherwise than it was, and these commands set it back; `--allow settings` sends them: "
 _MARKS = {Result.AGREES: "agrees", Result.DIFFERS: "**differs**", Result.CANNOT_TELL: "cannot tell"}
 
 
@@ -63,6 +64,8 @@ class Report(BaseModel):
     """Versions and serial numbers that controllers tell, by body or robot."""
     table: dict[str, Any] = Field(default_factory=dict)
     """The line's table of the configuration."""
+    left: list[str] = Field(default_factory=list)
+    """Commands that have yet to set back what a trial has set, each with its body or robot."""
     lost: str | None = None
     """Why the port has gone before the end, if it has."""
     measured: Measured = Field(default_factory=Measured)
@@ -70,8 +73,10 @@ class Report(BaseModel):
     frames: list[Frame]
 
     def is_right(self) -> bool:
-        """Tell whether nothing differs or contradicts."""
-        return not any(outcome.result in (Result.DIFFERS, Result.CONTRADICTS) for outcome in self.results)
+        """Tell whether nothing differs or contradicts, and nothing is left set."""
+        return not self.left and not any(
+            outcome.result in (Result.DIFFERS, Result.CONTRADICTS) for outcome in self.results
+        )
 
     def changes(self) -> dict[str, Any]:
         """The proposed values, by key."""
@@ -93,7 +98,9 @@ class Report(BaseModel):
         if self.lost is not None:
             yield from (f"**It was broken off**: {self.lost}", "")
         if any(outcome.result is Result.CONTRADICTS for outcome in self.results):
-            yield from (NO_MOTION, "")
+            yield from (f"**{NO_MOTION}**", "")
+        if self.left:
+            yield from (f"**{LEFT}**{'; '.join(self.left)}", "")
         yield "| assumption | result | what was seen | what to do |"
         yield "|---|---|---|---|"
         for outcome in self.results:

@@ -8,9 +8,11 @@ from typing import Any, Final
 from commissioning.assumptions import Assumption
 from commissioning.bench import SETTLES_S, TRIES, Bench, Key, Terms, copies, echo, late_replies, turnaround
 from commissioning.conversation import Conversation, Heard
+from commissioning.debts import Debt
 from commissioning.findings import Change, Finding, Unanswered, agrees, cannot_tell, fails
 from gateway.rorze.power import LASTING_ERRORS
 from protocols.lines import CR, Garbage
+from protocols.rorze.commands import BY_NAME
 from protocols.rorze.encoder import GetAdjustmentLimit
 from protocols.rorze.inputs_outputs import GetClearPulseTime
 from protocols.rorze.link import (
@@ -84,6 +86,31 @@ class RorzeBench(Bench):
                 except WireFault:
                     return None
         return None
+
+    def command_of(self, debt: Debt) -> RorzeCommand[Any]:
+        """The command that pays a debt.
+
+        :raises ValueError: there is none such.
+        """
+        if debt.command not in BY_NAME:
+            raise ValueError(f"{debt.command} is no command of an RC-420")
+        return BY_NAME[debt.command].model_validate(debt.fields)
+
+    def frame_of(self, debt: Debt) -> bytes:
+        """The frame that pays a debt."""
+        return self.frame(debt.place, self.command_of(debt))
+
+    def subject_of(self, debt: Debt) -> str:
+        """The number of the body."""
+        return f"{debt.place:02X}"
+
+    async def set_back(self, place: int, command: RorzeCommand[Any]) -> None:
+        """Send a command that sets something back.
+
+        :raises Unanswered: it was not taken, or nobody knows.
+        """
+        if not isinstance(await self.ask(place, command), Answer):
+            raise Unanswered(f"{command.code} was not taken by body {place:02X}.")
 
     def frame(self, body: int, command: RorzeCommand[Any], introducer: str | None = None) -> bytes:
         """Write a command as this line is spoken to."""

@@ -1,7 +1,7 @@
 """The trials of an RC-400 line that set something, need a person at the power switch, or move a motor."""
 
 from collections.abc import AsyncIterator, Iterable, Mapping
-from contextlib import asynccontextmanager, suppress
+from contextlib import AsyncExitStack, asynccontextmanager, suppress
 from dataclasses import dataclass, replace
 from statistics import linear_regression
 from types import MappingProxyType
@@ -68,36 +68,34 @@ class Outage:
         return {body: kept for body, kept in self.bodies.items() if kept.comment is not None}
 
 
-async def _agrees(row: Assumption, bench: RorzeBench, body: int, what: str) -> bool:
-    return await bench.consents(row, f"{body:02X}", f"Body {body:02X}: {what} Do it?")
+async def _agrees(bench: RorzeBench, body: int, what: str) -> bool:
+    return await bench.consents(f"{body:02X}", f"Body {body:02X}: {what} Do it?")
 
 
 # The power
 
 
-async def outage(row: Assumption, bench: RorzeBench) -> Outage:
+async def outage(bench: RorzeBench) -> Outage:
     """Set what may be lost, have the power switched once for all trials, and see what is left."""
     if OUTAGE not in bench.memory:
-        bench.memory[OUTAGE] = await _outage(row, bench)
+        bench.memory[OUTAGE] = await _outage(bench)
     found: Outage = bench.memory[OUTAGE]
     return found
 
 
-async def _outage(row: Assumption, bench: RorzeBench) -> Outage:
+async def _outage(bench: RorzeBench) -> Outage:
     await bench.sample()
     bodies: dict[int, Kept] = {}
     what = "a free user comment is set for a moment (9VS). No motor moves because of it."
-    try:
+    async with AsyncExitStack() as owed:
         for body in sorted(bench.present):
-            if not await _agrees(row, bench, body, what):
+            if not await _agrees(bench, body, what):
                 continue
             if (number := await _free_comment(bench, body)) is not None:
-                bodies[body] = Kept(number)
+                empty = SetUserComment(comment_number=number, text="")
+                await owed.enter_async_context(bench.owing(body, empty))
                 bodies[body] = await _commented(bench, body, number)
-        return await _switched(row, bench, bodies) if bodies else Outage(bodies)
-    finally:
-        for body, kept in bodies.items():
-            await bench.ask(body, SetUserComment(comment_number=kept.number, text=""))
+        return await _switched(bench, bodies) if bodies else Outage(bodies)
 
 
 async def _free_comment(bench: RorzeBench, body: int) -> int | None:
@@ -123,23 +121,23 @@ async def _comment_and_place(bench: RorzeBench, body: int, number: int) -> tuple
     return None if told is None else told.text, None if place is None else place.pulses
 
 
-async def _define(row: Assumption, bench: RorzeBench, body: int) -> int | None:
+async def _define(bench: RorzeBench, body: int) -> int | None:
     """Define a virtual body with an unused number; None if no person agrees, or it does not answer."""
     taken = {group.number for group in bench.line.groups} | set(bench.line.sweep_numbers)
     group = next(number for number in range(LAST_GROUP, FIRST_GROUP - 1, -1) if number not in taken)
     what = f"RC-400: virtual body {group:02X} is defined (XVS). No motor moves because of it. Do it?"
-    if bench.introducer != "&" or not await bench.consents(row, f"{LINK_MASTER:02X}", what):
+    if bench.introducer != "&" or not await bench.consents(f"{LINK_MASTER:02X}", what):
         return None
     await bench.ask(LINK_MASTER, SetGroup(group=f"{group:02X}", members=[f"{body:02X}"]))
     return group if await bench.answers(group) else None
 
 
-async def _switched(row: Assumption, bench: RorzeBench, bodies: Mapping[int, Kept]) -> Outage:
+async def _switched(bench: RorzeBench, bodies: Mapping[int, Kept]) -> Outage:
     """Wait for a person to switch the power, and for the bodies to come back."""
-    group = await _define(row, bench, min(bodies))
+    group = await _define(bench, min(bodies))
     names = ", ".join([*(f"{body:02X}" for body in bodies), *([] if group is None else ["and the RC-400"])])
     what = f"Switch {names} off, wait two seconds, and switch on again. Is it done?"
-    if not await bench.terms.switch(row, f"{min(bodies):02X}", what):
+    if not await bench.terms.switch(f"{min(bodies):02X}", what):
         return Outage(bodies)
     after = {body: await _returned(bench, body, kept) for body, kept in bodies.items()}
     return Outage(after, None if group is None else await bench.answers(group))
@@ -159,7 +157,7 @@ NOT_SWITCHED: Final = "Nobody has agreed, no body has a free user comment, or th
 
 async def comment_kept(row: Assumption, bench: RorzeBench) -> Finding:
     """Read comments back, and once more after the power was off."""
-    found = await outage(row, bench)
+    found = await outage(bench)
     unlike = [
         f"Comment {kept.number} of body {body:02X} was set to {TRIED!r} and is {kept.told!r}."
         for body, kept in found.bodies.items()
@@ -181,7 +179,7 @@ async def comment_kept(row: Assumption, bench: RorzeBench) -> Finding:
 
 async def power_on_position(row: Assumption, bench: RorzeBench) -> Finding:
     """Compare positions before and after the power was off."""
-    found = await outage(row, bench)
+    found = await outage(bench)
     elsewhere = {body: moved for body, moved in found.returned.items() if moved.before != 0}
     if not elsewhere:
         return cannot_tell(row, "All bodies were at 0." if found.returned else NOT_SWITCHED)
@@ -202,7 +200,7 @@ async def power_on_position(row: Assumption, bench: RorzeBench) -> Finding:
 
 async def link_master_forgets(row: Assumption, bench: RorzeBench) -> Finding:
     """Ask a virtual body after the power of the link master was off."""
-    found = await outage(row, bench)
+    found = await outage(bench)
     if not found.returned:
         return cannot_tell(row, NOT_SWITCHED)
     if found.group_answers is None:
@@ -243,7 +241,7 @@ async def _way(row: Assumption, bench: RorzeBench, what: str) -> Way | Finding:
     await bench.sample()
     said = f"{what} between {places.one:g} and {places.other:g} at its start speed (2AM)."
     for body in sorted(bench.present):
-        if await _agrees(row, bench, body, said):
+        if await _agrees(bench, body, said):
             break
     else:
         return cannot_tell(row, NOT_AGREED)

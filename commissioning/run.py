@@ -1,6 +1,7 @@
 """Walking the assumptions of one line: each trial in turn, as far as people allow."""
 
 from collections.abc import Awaitable, Callable, Iterator, Mapping
+from contextlib import suppress
 from datetime import UTC, datetime
 from importlib.metadata import version
 from types import MappingProxyType
@@ -10,6 +11,7 @@ from commissioning import fics, fics_deeds, rorze, rorze_deeds
 from commissioning.assumptions import Assumption, Level, of_family
 from commissioning.bench import OUTAGE, Bench, Terms
 from commissioning.conversation import Conversation
+from commissioning.debts import Debts, DebtsUnreadable
 from commissioning.findings import Finding, Result, Unanswered, cannot_tell
 from commissioning.report import Measured, Outcome, Report, Setting
 from transports import Transport, TransportLost, create
@@ -27,24 +29,33 @@ MAY_MOVE: Final = (
     " A motor that was to move may go on as far as the place that was named: look, and use the hardware stop."
 )
 AFTER_A_SURPRISE: Final = "See to {slug} first: change what is proposed, or find out why it is so."
+AFTER_A_KILL: Final = "Let it be set back first what a commissioning before has left: `--allow settings`."
 
 
 async def commission(
     line: Any,
     terms: Terms,
+    debts: Debts | None = None,
     *,
     tell: Tell = lambda *_: None,
     open_transport: Callable[[str], Transport] = create,
 ) -> Report:
     """Try all assumptions about a line, alone on its port.
 
+    :param debts: where it is written down what has to be set back.
     :raises TransportUnavailable: the port cannot be opened; nothing was sent.
+    :raises DebtsUnreadable: it is not known what has to be set back; nothing was sent.
     """
     bench_of, trials = BENCHES[line.protocol]
     talk = Conversation(open_transport(patient(line.address)))
+    bench = bench_of(line, talk, terms)
+    bench.debts = debts or bench.debts
+    try:
+        bench.left()
+    except (OSError, ValueError) as error:
+        raise DebtsUnreadable(f"{bench.debts.file} cannot be read: {error}") from error
     await talk.open()
     started = _now()
-    bench = bench_of(line, talk, terms)
     try:
         results, lost = await _walk(bench, trials, tell)
         if lost is None:
@@ -62,6 +73,7 @@ async def commission(
         controllers=bench.serial_numbers,
         table=line.model_dump(mode="json"),
         results=results,
+        left=bench.left(),
         lost=lost,
         measured=Measured(
             replies_s=[round(time_s, 6) for time_s in bench.times],
@@ -92,14 +104,17 @@ async def _walk(bench: Bench, trials: Mapping[str, Any], tell: Tell) -> tuple[li
     found: dict[str, Finding] = {}
     lost: str | None = None
     barred: dict[Level, str] = {}
-    """The row that bars a level: it has to be seen to before anything more is asked, set or moved."""
+    """The step that a level needs before anything more is asked, set or moved."""
+    with suppress(TransportLost):
+        await bench.pay_all()
+    if bench.left():
+        barred = {Level.SETTINGS: AFTER_A_KILL, Level.MOTION: AFTER_A_KILL}
     for place, row in enumerate(by_level, 1):
         tell(place, len(rows), row.slug)
         is_over = row.person and OUTAGE in bench.memory  # several trials look at one loss of power
         is_due = row.level is Level.QUESTIONS or row.level in bench.terms.allowed
         if row.level in barred and is_due and not is_over:
-            needed = AFTER_A_SURPRISE.format(slug=barred[row.level])
-            found[row.slug] = cannot_tell(row, "It was not tried.", needed)
+            found[row.slug] = cannot_tell(row, "It was not tried.", barred[row.level])
             continue
         try:
             finding = found[row.slug] = await _try(row, bench, trials.get(row.slug))
@@ -107,7 +122,7 @@ async def _walk(bench: Bench, trials: Mapping[str, Any], tell: Tell) -> tuple[li
             lost = f"{error}{MAY_MOVE if row.level is Level.MOTION else ''}"
             break
         for level in _bars(row, finding):
-            barred.setdefault(level, row.slug)
+            barred.setdefault(level, AFTER_A_SURPRISE.format(slug=row.slug))
     for row in rows:
         found.setdefault(row.slug, cannot_tell(row, "It was not tried: the port has gone."))
     return [outcome for row in rows for outcome in _outcomes(row, found[row.slug], bench.line)], lost

@@ -13,7 +13,6 @@ from app.exits import Failure, Misuse
 from app.output import ProgressLine, json_text
 
 if TYPE_CHECKING:
-    from commissioning.assumptions import Assumption
     from commissioning.bench import Terms
     from commissioning.report import Report
 
@@ -129,10 +128,10 @@ def _terms(
 
     agreed = {address.upper() for address in yes}
 
-    async def consent(row: "Assumption", subject: str, what: str) -> bool:
-        return subject.upper() in agreed or await switch(row, subject, what)
+    async def consent(subject: str, what: str) -> bool:
+        return subject.upper() in agreed or await switch(subject, what)
 
-    async def switch(_row: "Assumption", _subject: str, what: str) -> bool:
+    async def switch(_subject: str, what: str) -> bool:
         progress.clear()
         return await _confirm(what)
 
@@ -164,6 +163,7 @@ def _alone(line_id: str, file: Path, terms: "Terms", progress: ProgressLine) -> 
     """Commission a line of a file at its port."""
     import asyncio
 
+    from commissioning.debts import Debts, DebtsUnreadable, debts_file
     from commissioning.run import commission as walk
     from gateway.config import load
     from gateway.core.toml_files import ConfigError
@@ -176,11 +176,19 @@ def _alone(line_id: str, file: Path, terms: "Terms", progress: ProgressLine) -> 
     if line_id not in lines:
         raise Misuse(f"{file} has no line {line_id}; it has {', '.join(lines)}")
 
+    debts = Debts(debts_file(file, line_id))
+
     async def run(tell: Callable[[int, int, str], None]) -> "Report":
-        return await walk(lines[line_id], terms, tell=tell)
+        return await walk(lines[line_id], terms, debts, tell=tell)
 
     try:
         return asyncio.run(run(lambda place, of, slug: progress.say(f"{place} of {of}: {slug}")))
+    except DebtsUnreadable as error:
+        raise Failure(
+            f"{error}. It says what a commissioning that was killed has left set. Nothing was sent: look "
+            "into it, and remove it when all is set back.",
+            exits.NOT_SENT,
+        ) from None
     except TransportError as error:
         raise Failure(f"{error} The line {line_id} was not commissioned.", exits.NOT_SENT) from None
     except KeyboardInterrupt:
@@ -205,7 +213,7 @@ def _write(found: "Report", report: Path | None) -> None:
 
 
 def _tell(found: "Report") -> None:
-    from commissioning.report import next_step
+    from commissioning.report import LEFT, NO_MOTION, next_step
 
     for outcome in found.results:
         follows = "" if outcome.result == "cannot_tell" else next_step(outcome)
@@ -213,11 +221,9 @@ def _tell(found: "Report") -> None:
             f"{outcome.result.replace('_', ' '):12} {outcome.assumption}: {outcome.seen} {follows}".rstrip()
         )
     if any(outcome.result == "contradicts" for outcome in found.results):
-        typer.echo(
-            "Do not run motion on this line: no setting of the gateway is right for what contradicts it. "
-            "Send the report to the maker of the controller and to whoever maintains the gateway.",
-            err=True,
-        )
+        typer.echo(NO_MOTION, err=True)
+    if found.left:
+        typer.echo(f"{LEFT}{'; '.join(found.left)}", err=True)
 
 
 def _changes(found: "Report", report: Path | None) -> dict[str, Any]:

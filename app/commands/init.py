@@ -46,7 +46,7 @@ def check(file: Annotated[Path, typer.Argument(help="The configuration file (TOM
         named_ones = f" ({', '.join(found.assumptions)})" if found.assumptions else ""
         typer.echo(f"note: line {found.line_id}: {found.meaning}{named_ones}")
     weak = (f"{weakness.setting} = {weakness.value}: {weakness.meaning}" for weakness in weakened(config))
-    for warning in (*weak, *_doubtful(config), *untrusted(file, config)):
+    for warning in (*weak, *_doubtful(config), *_left_set(file, config), *untrusted(file, config)):
         typer.echo(f"warning: {warning}", err=True)
 
 
@@ -94,6 +94,18 @@ def _check_engine(engine: "Engine") -> None:
 
 def _served(line: "LineTable") -> str:
     return f"line {line.id} at {line.address}, {line.served()}"
+
+
+def _left_set(file: Path, config: "Config") -> Iterator[str]:
+    """Say on which lines a commissioning that was killed has left something set."""
+    from commissioning.debts import debts_file
+
+    for line in config.lines:
+        if (debts := debts_file(file, line.id)).exists():
+            yield (
+                f"line {line.id}: a commissioning that was killed has left something set ({debts}): "
+                f"`motion-gateway commission {line.id} --config {file} --allow settings` sets it back"
+            )
 
 
 def _doubtful(config: "Config") -> Iterator[str]:

@@ -6,7 +6,6 @@ was held up for longer than its lease writes nothing. Stops and reads need none.
 """
 
 import asyncio
-import os
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
@@ -22,6 +21,7 @@ from gateway.core.origin import Claim
 from gateway.core.parts import Part
 from gateway.core.records import Record
 from gateway.core.supervisor import Observers, insist
+from gateway.core.whole_files import write_whole
 from gateway.texts import Text, text
 from protocols.table import Effect
 from protocols.wording import as_given
@@ -60,19 +60,8 @@ class LeaseTokens:
     def _reserve(self) -> tuple[int, int]:
         if self._path is None:
             return self._end, self._end + AHEAD
-        self._path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
         first = int(self._path.read_text("ascii")) if self._path.exists() else 1
-        new = self._path.with_suffix(".new")
-        with new.open("w", encoding="ascii") as file:
-            file.write(str(first + AHEAD))
-            file.flush()
-            os.fsync(file.fileno())
-        new.replace(self._path)
-        directory = os.open(self._path.parent, os.O_RDONLY)
-        try:
-            os.fsync(directory)
-        finally:
-            os.close(directory)
+        write_whole(self._path, str(first + AHEAD))
         return first, first + AHEAD
 
 

@@ -6,7 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from commissioning.assumptions import Assumption, Level
+from commissioning.assumptions import Level
 from commissioning.bench import Places, Terms
 from commissioning.findings import Result
 from commissioning.report import Outcome, Report
@@ -68,10 +68,10 @@ OFF_S = 1.0
 def all_allowed(machine: Machine, places: Places, off_s: float = OFF_S) -> Terms:
     """People who agree to everything, and switch the power when they are asked to."""
 
-    async def agree(_row: Assumption, _subject: str, _what: str) -> bool:
+    async def agree(_subject: str, _what: str) -> bool:
         return True
 
-    async def switch(_row: Assumption, _subject: str, _what: str) -> bool:
+    async def switch(_subject: str, _what: str) -> bool:
         loop = asyncio.get_running_loop()
         await asyncio.sleep(0.3)
         switch_all(machine, loop.time(), on=False)

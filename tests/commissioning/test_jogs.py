@@ -152,7 +152,7 @@ async def test_the_axis_is_that_of_the_unit_that_the_robot_has_selected() -> Non
     machine.receive(b"UNT 2\r", 0.0)
     asked: list[str] = []
 
-    async def consent(_row: Any, _subject: str, what: str) -> bool:
+    async def consent(_subject: str, what: str) -> bool:
         asked.append(what)
         return False
 

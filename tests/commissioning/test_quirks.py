@@ -290,9 +290,9 @@ async def test_a_robot_on_a_slow_line_is_asked_no_faster_than_it_answers_while_i
     text = CONFIG.replace("baud=19200", "baud=4800")
     terms = all_allowed(machine, Places(140, 180), off_s=1.0)
 
-    async def slowly(row: Any, subject: str, what: str) -> bool:
+    async def slowly(subject: str, what: str) -> bool:
         await asyncio.sleep(20.0)
-        return await terms.switch(row, subject, what)
+        return await terms.switch(subject, what)
 
     report, _ = await commissioned(machine, replace(terms, switch=slowly), text, baud=4800)
     assert unlike(report) == {}

@@ -41,7 +41,7 @@ def agreeing_to(*subjects: str) -> Any:
     """People who agree for some bodies only, and write down what they were asked."""
     asked: list[tuple[str, str]] = []
 
-    async def consent(_row: Any, subject: str, what: str) -> bool:
+    async def consent(subject: str, what: str) -> bool:
         asked.append((subject, what))
         return subject in subjects
 

@@ -1,8 +1,11 @@
 """`commission`: a line is tried at its port, reported, and its file changed where people ask for it."""
 
 import json
+import subprocess
+import sys
 from contextlib import AbstractContextManager
 from pathlib import Path
+from time import sleep
 from typing import Any
 
 import httpx
@@ -11,6 +14,7 @@ from typer.testing import CliRunner, Result
 
 from app.cli import app
 from app.commands import commission
+from commissioning.debts import debts_file
 from gateway.config import load
 from protocols.rorze.link import Request, RequestReader
 from protocols.rorze.row import LINK_MASTER
@@ -218,3 +222,29 @@ def test_ctrl_c_says_what_was_done_to_the_motor(file: Path, monkeypatch: pytest.
     said = run("commission", "robot", "--config", file)
     assert said.exit_code == 1
     assert "What was set was set back" in said.stderr
+
+
+def test_a_killed_commissioning_is_told_of_and_set_back_by_the_next(file: Path) -> None:
+    """Killed outright, after it has set a comment: the file of what it owes stands, and `check` says so."""
+    owed = debts_file(file, "robot")
+    with serving(file):
+        words = ["commission", "robot", "--config", str(file), "--allow", "settings", "--yes", "00"]
+        program = "from app.cli import app; import sys; app(sys.argv[1:])"
+        with subprocess.Popen([sys.executable, "-c", program, *words]) as killed:  # noqa: S603  # our own
+            while not owed.exists() and killed.poll() is None:
+                sleep(0.02)
+            killed.kill()
+        assert "left something set" in run("check", file).stderr
+        asked = run("commission", "robot", "--config", file)
+        assert asked.exit_code == 1
+        assert "00: &009VS1," in asked.stderr
+        assert "&009VS1," not in run(*words).stderr
+    assert not owed.exists()
+    assert "left something set" not in run("check", file).stderr
+
+
+def test_what_is_owed_has_to_be_readable(file: Path) -> None:
+    debts_file(file, "robot").write_text("nonsense", "utf-8")
+    said = run("commission", "robot", "--config", file)
+    assert said.exit_code == 3
+    assert "Nothing was sent" in said.stderr
