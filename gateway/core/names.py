@@ -41,8 +41,13 @@ class PositionName(RequestModel, json_schema_extra=example(name="unload")):
 class Nameable(Protocol):
     """A thing to be stored, which may have a name."""
 
-    number: int
-    name: str | None
+    @property
+    def number(self) -> int:
+        """Its place in the table."""
+
+    @property
+    def name(self) -> str | None:
+        """The name that is given to it; None for none."""
 
 
 def given(wanted: Iterable[Nameable]) -> dict[int, str]:

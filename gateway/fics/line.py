@@ -20,7 +20,7 @@ from gateway.fics.exchange import ROBOT, SET_UP, FicsExchange, Outcome, Proof, R
 from gateway.fics.session import FicsSession, offline_error
 from gateway.texts import text
 from protocols.fics.alarms import TakeCurrentError
-from protocols.fics.link import FicsRefusal, Terminator, Ver2Reader, Ver3Reader
+from protocols.fics.link import FicsRefusal, Terminator, Ver2Reader, Ver3Reader, encode
 from protocols.fics.row import BLOCK_ERRORS, Block, FicsCommand
 from protocols.fics.system import (
     CommunicationMode,
@@ -137,7 +137,7 @@ class FicsLine(LineDriver[FicsExchange, ReplyFrame, ReplyFrame]):
 
     def frame_of(self, command: FicsCommand[Any]) -> str:
         """Show the exact frame of a command as text, with its terminator escaped."""
-        frame = self._session.exchange(command, Lane.COMMAND).frame
+        frame = encode(command, self._session.terminator)
         return frame.decode("ascii").replace("\r", "\\r").replace("\n", "\\n")
 
     def subject_of(self, frame: bytes) -> FrameSubject:

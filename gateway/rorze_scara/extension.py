@@ -92,10 +92,11 @@ class Scaras(Extension):
         self._stops = rorze.stops
         self._scaras: dict[str, Scara] = {}
         self.moves = ScaraMoves(rorze.moves, rorze.stops, self._publish_move)
-        rorze.listeners.append(self.moves)
 
     def make(self, table: config.ScaraTable) -> None:
         """Build a SCARA robot of bodies that are there, and the group that stands for them."""
+        if self.moves not in self.family.listeners:
+            self.family.listeners.append(self.moves)
         group = self.family.hold_group(table.line, table.group_number, table.members, table.name or table.id)
         group.keep_for("a SCARA robot", table.tolerance_pulses)
         self._scaras[table.id] = Scara(

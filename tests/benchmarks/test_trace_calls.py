@@ -9,9 +9,9 @@ from tests.api.stand import Stand, on_stand
 ABOVE_THE_LINE = 309
 IN_ALL = 835
 FILES = 77
-OF_A_BODY = 322
-OF_A_BODY_ABOVE = 192
-FILES_OF_A_BODY = 71
+OF_A_BODY = 320
+OF_A_BODY_ABOVE = 190
+FILES_OF_A_BODY = 70
 
 
 @pytest.mark.parametrize("mode", [2, 3])

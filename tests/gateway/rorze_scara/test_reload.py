@@ -47,6 +47,17 @@ async def test_scara_robots_come_change_and_go_with_their_line_alone(tmp_path: P
 
 
 @in_virtual_time
+async def test_what_bodies_tell_goes_to_scara_robots_once_there_is_one_and_once(tmp_path: Path) -> None:
+    async with hall(tmp_path, ARM) as it:
+        scaras = it.plant.family(Scaras)
+        assert scaras.family.listeners == []
+        for tables in ((ARM, WAFER), (ARM,), (ARM, WAFER)):
+            it.write(*tables)
+            await reload(it.plant, ME, dry_run=False)
+            assert scaras.family.listeners == [scaras.moves]
+
+
+@in_virtual_time
 async def test_a_scara_robot_whose_body_moves_is_not_changed(tmp_path: Path) -> None:
     async with hall(tmp_path, ARM, WAFER) as it:
         await do(it.plant, ME, "/bodies/3F", MoveClockwise(distance=50_000))
