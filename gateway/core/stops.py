@@ -14,7 +14,7 @@ from gateway.core.drawn import Transition
 from gateway.core.errors import GatewayError, NotSent
 from gateway.core.origin import working
 from gateway.core.records import Record
-from gateway.core.supervisor import do_each, insist, insist_after, supervised, twice
+from gateway.core.supervisor import do_each, insist, supervise
 from gateway.core.times import happens
 from gateway.texts import Text, text
 
@@ -285,12 +285,12 @@ class Stopping(ABC):
             stop.add_done_callback(lambda future: self._note(future.result()))
 
     async def see_through(self) -> None:
-        """Repeat the stop until standstill is proved. To cancel this gives it up."""
+        """Repeat the stop until standstill is proved, if it is not yet. To cancel this gives it up."""
         loop = asyncio.get_running_loop()
         self._warn_in(CONFIRM_WITHIN_S)
         try:
             began_at = loop.time()
-            while not await self._is_proved():
+            while self.report.state != "confirmed" and not await self._is_proved():
                 await self._pause(self.pause_s(loop.time() - began_at))
                 began_at = loop.time()
                 self._take_call(CallNews.UNPROVED)
@@ -452,29 +452,25 @@ class StopsUnderWay(Generic[K, S]):
 
     # their life
 
-    def _begun(self, plan: Callable[[], StopPlan[K]]) -> list[S]:
-        """Begin the stops of a plan, each deed for itself; after a fault the plan is made and done again."""
-
-        def stops() -> list[S]:
-            deeds, keys = plan()
-            do_each("a stop", *deeds).or_raise()
-            return [self._running[key] for key in keys]
-
-        return twice("a stop", stops)
+    def _begun(self, plan: StopPlan[K]) -> list[S]:
+        """Begin the stops of a plan, each deed for itself."""
+        deeds, keys = plan
+        do_each("a stop", *deeds).or_raise()
+        return [self._running[key] for key in keys]
 
     def _begin(self, key: K, stop: S, what: str, *others: Callable[[], object]) -> None:
         """Begin a stop, and do what `others` are to do with it; its task repeats it."""
-        task = asyncio.create_task(self._see_through(stop, what), name=what)
+        task = supervise(what, partial(self._see_through, stop, what), lambda _: self._over(stop))
         self._running[key], self._tasks[stop] = stop, task
-        insist_after(task, f"the end of {what}", lambda _: self._over(stop))
         do_each(what, partial(self._count, stop), stop.submit, partial(stop.publish, "requested"), *others)
 
     async def _see_through(self, stop: S, what: str) -> None:
         """Repeat it until it is confirmed; from then on another stop is one of its own."""
         with working("stops"):
-            await supervised(what, stop.see_through)
-        done = self._at_standstill(stop)
-        do_each(what, partial(self._forget, stop), *done, partial(stop.publish, "confirmed"))
+            await stop.see_through()
+        if stop in self._running.values():
+            done = self._at_standstill(stop)
+            do_each(what, partial(self._forget, stop), *done, partial(stop.publish, "confirmed"))
         await self._record(stop)
 
     def _over(self, stop: S) -> None:
@@ -526,7 +522,7 @@ class StopsOfOne(StopsUnderWay[StopMode, S]):
 
         The report comes when it stands still, or after two seconds with what is known then.
         """
-        [stop] = self._begun(partial(self._plan, mode))
+        [stop] = self._begun(self._plan(mode))
         return asyncio.create_task(self._report(stop, self._tasks[stop]), name="stop report")
 
     def _plan(self, mode: StopMode) -> StopPlan[StopMode]:

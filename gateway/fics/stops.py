@@ -22,7 +22,6 @@ from gateway.core.stops import (
     StopState,
     standstill_unknown,
 )
-from gateway.core.supervisor import do_in_turn
 from gateway.core.times import happens
 from gateway.fics.axes import Places, Tell, at_rest
 from gateway.fics.conversation import Conversation
@@ -108,8 +107,8 @@ class RobotStops(StopsOfOne["_RobotStop"]):
         self.was_proved = stop.disproves_its_alarm
         return self._motion.confirm_stop, self._jogs.robot_stands_still
 
-    async def _record(self, stop: "_RobotStop") -> None:
-        await do_in_turn(f"the stop of {stop.report.robot_id}", self._conversation.poll_error)
+    async def _record(self, _: "_RobotStop") -> None:
+        await self._conversation.poll_error()
         await happens(self._motion.idle, RECORD_WITHIN_S)
 
 

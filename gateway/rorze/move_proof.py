@@ -3,6 +3,7 @@
 import asyncio
 from collections.abc import Callable, Sequence
 from contextlib import suppress
+from functools import partial
 from typing import Any, Final, NamedTuple
 
 from gateway.core.errors import (
@@ -19,7 +20,7 @@ from gateway.core.move_log import Trajectory
 from gateway.core.move_record import Move, MoveStatus
 from gateway.core.move_runs import Found, MoveRun, MoveRuns, found
 from gateway.core.next_calls import NextCall
-from gateway.core.supervisor import do_each
+from gateway.core.supervisor import Deed
 from gateway.core.times import happens
 from gateway.core.verdicts import AtRest, Begun, Heard, Place, Power, Stop, Told, VerdictWords, row_of
 from gateway.rorze.alarms import calls_for_body
@@ -125,9 +126,8 @@ class BodyRun(MoveRun[Move, MotorState]):
     def _calls(self, error: GatewayError, /) -> Sequence[NextCall]:
         return calls_for_body(error, self.who)
 
-    def _free(self) -> None:
-        self.body.release()
-        do_each("the end of a trajectory", lambda: self._moves.on_trajectory(self.body))  # it is free once
+    def _free(self) -> tuple[Deed, ...]:
+        return *super()._free(), partial(self._moves.on_trajectory, self.body)
 
     def _lose(self, _why: str, /) -> None:
         self.body.may_move()  # what is not written yet never is: no move stands for it

@@ -205,7 +205,7 @@ class Stops(StopsUnderWay[tuple[Body, StopMode], "_BodyStop"]):
         The result comes when all stand still, or after two seconds with what is known then. A fault of the
         gateway itself at one body keeps no other from its stop.
         """
-        running = self._begun(partial(self._plan, list(bodies), mode))
+        running = self._begun(self._plan(list(bodies), mode))
         return asyncio.create_task(self._report(running), name="stop report")
 
     def _plan(self, bodies: Sequence[Body], mode: StopMode) -> StopPlan[tuple[Body, StopMode]]:
