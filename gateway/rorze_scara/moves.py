@@ -27,9 +27,10 @@ from gateway.core.times import happens
 from gateway.core.verdicts import Unwatched, VerdictWords, worst_of
 from gateway.rorze.bodies import Body, Group, idle_bodies_of
 from gateway.rorze.knowledge import PULSES_RUNNING
-from gateway.rorze.move_proof import MOTION_ERRORS, SharedWay
+from gateway.rorze.move_proof import MOTION_ERRORS
 from gateway.rorze.moves import Moves
 from gateway.rorze.samples import samples_of
+from gateway.rorze.starts import SharedWay
 from gateway.rorze.stops import Stops
 from gateway.rorze_scara.geometry import GeometryDiffers
 from gateway.rorze_scara.paths import PathsDiffer
