@@ -180,11 +180,16 @@ class Stopping(ABC):
     one_at_a_time: ClassVar[bool] = False
     """True if a repetition is left out while the last one waits for its turn or its reply."""
     report: Any
-    """The `Report` of this stop."""
+    """The `Report` of this stop, a model."""
 
-    def __init__(self, mode: StopMode, report: Report, line: Any) -> None:
+    def __init__(
+        self, mode: StopMode, report: Report, line: Any, tell: Callable[[str, dict[str, Any]], object]
+    ) -> None:
+        """`tell` publishes news of the stop, such as `stop.confirmed`, with its data."""
         self.mode = mode
-        self.report, self._line = report, line
+        self.report, self._line, self._tell = report, line, tell
+        self._reasons: Sequence[Text] = ()
+        """What spoke against standstill when the controller was last looked at."""
         self._began_at = asyncio.get_running_loop().time()
         self._held_before_s: float = line.admission.held_s(self._began_at)
         self._stop: asyncio.Future[Any] | None = None
@@ -216,16 +221,15 @@ class Stopping(ABC):
             self.note_acknowledged()
 
     @abstractmethod
-    async def stands_still(self) -> bool:
-        """Ask the controller whether it stands still, and nothing runs there that could move it again."""
+    async def _see(self) -> Sequence[Text]:
+        """Ask the controller what speaks against standstill; also a program that could move it again does.
 
-    @abstractmethod
+        Nothing is given where all stands still.
+        """
+
     def why_not(self) -> Sequence[Text]:
         """Tell what keeps it from being confirmed."""
-
-    @abstractmethod
-    def publish(self, what: str) -> None:
-        """Tell everybody how far it has come."""
+        return self._reasons
 
     def tells_of_motion(self) -> bool:
         """Say whether the controller has taken the stop, and said when last asked that the motor runs."""
@@ -312,13 +316,18 @@ class Stopping(ABC):
     async def _is_proved(self) -> bool:
         """Ask for proof; while no controller on the line answers there is none, and the stop is repeated."""
         async with asyncio.TaskGroup() as group:
-            proof = group.create_task(self.stands_still(), name="proof of a stop")
+            proof = group.create_task(self._stands_still(), name="proof of a stop")
             while not proof.done():
                 replies = self._line.counters["replies"]
                 await asyncio.wait({proof}, timeout=max(self.pause_s(), self.silent_after_s))
                 if not proof.done() and self._line.counters["replies"] == replies:
                     self._repeat()
         return proof.result()
+
+    async def _stands_still(self) -> bool:
+        self._reasons = await self._see()
+        self.tell()
+        return not self._reasons
 
     def pause_s(self, took_s: float = 0.0) -> float:
         """Seconds to wait after an attempt; in the long run at least as long as the attempt has taken."""
@@ -394,6 +403,10 @@ class Stopping(ABC):
             ja = error.detail_ja or text("stops.not-sent", why=error.detail).ja
             self._trouble = Text(error.detail, ja)
             self.tell()
+
+    def publish(self, what: str, **more: str) -> None:
+        """Tell everybody how far it has come: its report, and `more`."""
+        self._tell(f"stop.{what}", {**self.report.model_dump(), **more})
 
     def calls_for_hardware(self) -> bool:
         """Say whether the software stop may not be enough."""
