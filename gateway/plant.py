@@ -24,7 +24,7 @@ from gateway.core.backups import Backups, Comparisons
 from gateway.core.errors import BodyBusy, HeldUp, NotFound
 from gateway.core.events import EventHub
 from gateway.core.exchange import Exchange
-from gateway.core.family import AnyLine, Family, PortInfo, Registered, Site
+from gateway.core.family import AnyLine, Family, PortInfo, Registered, Site, Watch
 from gateway.core.gate import Guard
 from gateway.core.journal.journal import Journal
 from gateway.core.journal.opening import OpenedJournal
@@ -35,7 +35,7 @@ from gateway.core.move_record import MoveRecord
 from gateway.core.names import Names
 from gateway.core.origin import POLL, Origin, acting
 from gateway.core.parts import GATEWAY, Part
-from gateway.core.supervisor import Observers, do_each, do_in_turn, insist, supervise, twice
+from gateway.core.supervisor import Deed, Observers, do_each, do_in_turn, insist, supervise
 from gateway.core.targets import Target
 from gateway.core.works import DurableJobs, Jobs
 from gateway.families import Packages
@@ -239,7 +239,7 @@ class Plant:
             self._start(line_id)
         with acting(POLL):
             self.works.recordings.salvage()
-            self.served.watches[OF_ALARMS] = [supervise("the watch of alarms", self._watch_alarms)]
+            self._watch(OF_ALARMS, "the watch of alarms", [self._watch_alarms])
 
     def _works(self) -> dict[str, DurableJobs[Any]]:
         works: dict[str, DurableJobs[Any]] = {}
@@ -252,7 +252,10 @@ class Plant:
         line.start()
         watches = list(self._family_of(line_id).watches(line))  # all, or a fault has begun none
         with acting(POLL):
-            self.served.watches[line_id] = [supervise(what, watch) for watch in watches]
+            self._watch(line_id, what, watches)
+
+    def _watch(self, key: str, what: str, watches: Sequence[Watch]) -> None:
+        self.served.watches[key] = [supervise(what, watch) for watch in watches]
 
     async def _unwatch(self, line_id: str) -> None:
         watches = self.served.watches.pop(line_id, [])
@@ -285,27 +288,30 @@ class Plant:
             wanted = {line.id: line for line in config.lines}
             found = changes(self.config, config)
             served = self.config.model_copy(update={"lines": config.lines, **config.made()})
-            do_each(
-                what, *(partial(self.served.ports[line_id].retire, CONFIGURED_ANEW) for line_id in gone)
-            )  # closed next
-            for line_id in gone:
-                await self._remove(line_id)
+            await do_in_turn(
+                what,
+                *(partial(self.served.ports[line_id].retire, CONFIGURED_ANEW) for line_id in gone),
+                *(partial(self._removing, line_id) for line_id in gone),
+            )
             self.config = served
-            try:
-                do_each(
-                    what,
-                    *(partial(self._add, wanted[line_id]) for line_id in wanted.keys() - self.served.ports),
-                ).or_raise()
-            finally:  # a fault at one line keeps no other from being served, and it can be loaded again
-                for line_id in (line_id for line_id in wanted if line_id in self.served.ports):
-                    self.served.ports[line_id] = self.served.ports.pop(line_id)
-                insist(what, self.access.territory.forget)
-                self.served.on_change()
-            do_each(what, partial(self.events.publish, "gateway.reloaded", GATEWAY, found))
+            do_each(
+                what,
+                *(partial(self._add, wanted[line_id]) for line_id in wanted.keys() - self.served.ports),
+                partial(self._in_order, wanted),
+                self.access.territory.forget,
+                self.served.on_change,
+                partial(self.events.publish, "gateway.reloaded", GATEWAY, found),
+            ).or_raise()
 
     def _add(self, line: tables.LineTable) -> None:
-        twice(f"the building of line {line.id}", self._build, line)
-        insist(f"the start of line {line.id}", partial(self._start, line.id))
+        if line.id not in self.served.ports:  # a fault may have met only its start
+            self._build(line)
+        self._start(line.id)
+
+    def _in_order(self, wanted: Iterable[str]) -> None:
+        """Put the lines into the order of the configuration; one that a fault has met can be loaded again."""
+        for line_id in (line_id for line_id in wanted if line_id in self.served.ports):
+            self.served.ports[line_id] = self.served.ports.pop(line_id)
 
     def require_rest(self, config: Config) -> Sequence[str]:
         """Make sure that nothing moves on the lines that another configuration would close; gives their ids.
@@ -347,17 +353,16 @@ class Plant:
         """Find the part that a whole address means; if it was removed, only its line is known."""
         return next(iter(self.access.territory.parts(address)), Part(address.partition(".")[0], address))
 
-    async def _remove(self, line_id: str) -> None:
-        """Close a line for good: a retired line serves no request, whatever is left of it."""
+    def _removing(self, line_id: str) -> tuple[Deed, ...]:
+        """Name what closes a line for good: a retired line serves no request, whatever is left of it."""
         family, line = self._family_of(line_id), self.served.ports[line_id]
-        await do_in_turn(
-            f"the end of line {line_id}",
+        return (
             partial(self._unwatch, line_id),
             partial(family.removing, line),
             *(partial(extension.forget, line) for extension in self.packages.extensions),
             partial(asyncio.to_thread, self.history.recorders.pop(line_id).close),
+            partial(self.served.ports.pop, line_id),
         )
-        del self.served.ports[line_id]
 
     async def wind_down(self) -> None:
         """Let nothing begin any more, stop what would never end, and name what still moves, within seconds.
@@ -403,13 +408,13 @@ class Plant:
         :raises NotSent: that cannot be written down; nothing has changed.
         """
         epoch = self.peers.ownership.take(line_id)
-        do_each(f"the moves that {old} has begun", partial(self._go_on_with_moves, line_id, old))
         told = {
             "reason": f"a person has taken it over from {old}",
             "owner": self.peers.ownership.name,
             "epoch": epoch,
         }
         self.events.publish("line.owned", f"/lines/{line_id}", told)
+        self._go_on_with_moves(line_id, old)
 
     def moves_under_way(self, line_id: str) -> list[MoveRecord]:
         """The moves on a line that are not over."""

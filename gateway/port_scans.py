@@ -16,7 +16,7 @@ from gateway.core import parts
 from gateway.core.errors import BodyBusy, InvalidRequest
 from gateway.core.events import EventHub
 from gateway.core.records import Record
-from gateway.core.supervisor import insist_after
+from gateway.core.supervisor import insist
 from gateway.core.works import Jobs
 from gateway.found import Found
 from gateway.search import addresses_of, search, serial_devices
@@ -101,7 +101,8 @@ class PortScans(Jobs[PortScan]):
         scan = PortScan(id=secrets.token_hex(6), ports=list(ports), started_at=datetime.now(UTC))
         found: list[Found] = []
         task = self.begin(scan, self._run(scan, addresses, found), "scan of ports")
-        insist_after(task, "the end of a scan of ports", partial(self._ended, scan, found))
+        ended = partial(self._ended, scan, found, task)
+        task.add_done_callback(lambda _: insist("the end of a scan of ports", ended))
         return scan
 
     def _free(self, port: str) -> list[str]:

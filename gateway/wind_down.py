@@ -5,14 +5,14 @@ import logging
 from collections.abc import Collection
 from contextlib import suppress
 from functools import partial
-from typing import Any, Literal
+from typing import Literal
 
 from gateway.core.admission import Admission
 from gateway.core.errors import GatewayEnding
 from gateway.core.family import AnyLine, Registered, Site
 from gateway.core.origin import Origin, acting
 from gateway.core.parts import GATEWAY
-from gateway.core.supervisor import do_in_turn, insist, supervise, supervised
+from gateway.core.supervisor import Deed, do_in_turn, insist, supervise
 
 log = logging.getLogger(__name__)
 
@@ -41,7 +41,6 @@ class WindDown:
         self._task: asyncio.Task[None] | None = None
         self._limit: asyncio.Timeout | None = None
         self._patience_s = WIND_DOWN_S
-        self._stops: list[asyncio.Task[Any]] = []
 
     async def done(self) -> None:
         """Wind down, or wait until that is done."""
@@ -61,14 +60,17 @@ class WindDown:
         revoking = (partial(line.revoke, GatewayEnding) for line in self._lines)
         ending = (partial(self._end_motion, package) for package in self._registered)
         insist(WHAT, self._admission.end, tell, *revoking, *ending)
+        letting_go = (package.letting_go for package in self._registered)
+        await do_in_turn(WHAT, self._at_rest, self._name_what_moves, *letting_go)
+
+    async def _at_rest(self) -> None:
         with suppress(TimeoutError):
             async with asyncio.timeout(self._patience_s) as self._limit:
-                await asyncio.gather(*(supervised(WHAT, package.at_rest) for package in self._registered))
+                await asyncio.gather(*(package.at_rest() for package in self._registered))
         self._limit = None
-        await do_in_turn(WHAT, self._name_what_moves, *(package.letting_go for package in self._registered))
 
-    def _end_motion(self, package: Registered) -> None:
-        self._stops += package.end_motion(everything=self._on_exit == "stop")
+    def _end_motion(self, package: Registered) -> tuple[Deed, ...]:
+        return package.end_motion(everything=self._on_exit == "stop")
 
     def _name_what_moves(self) -> None:
         for package in self._registered:

@@ -26,7 +26,7 @@ from gateway.door.admission import (
     not_good,
 )
 from gateway.door.caller import Claim, Origin, current
-from gateway.door.calls import twice
+from gateway.door.calls import do_each
 from gateway.door.opening import Plant
 from gateway.door.problems import (
     CookieAlone,
@@ -81,7 +81,7 @@ class Access(AccessCheck):
             return AuthorizedRequest()
         try:
             if right is Right.STOP:
-                return twice("the check of a stop", self._let_stop, scope)
+                return do_each("the check of a stop", partial(self._let_stop, scope)).or_raise()[0]
             return self._let_in(scope, right, any_scope=any_scope, cookie_suffices=cookie_suffices)
         except (NotAuthenticated, NotPermitted) as error:
             self._refuse(scope, error)

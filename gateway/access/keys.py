@@ -10,6 +10,7 @@ import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from datetime import UTC, datetime
+from functools import partial
 from hashlib import sha256
 from hmac import compare_digest
 from pathlib import Path
@@ -21,6 +22,7 @@ from pydantic import BaseModel, ConfigDict, Field, JsonValue, ValidationError
 from gateway.access.principal import Principal
 from gateway.access.roles import Role
 from gateway.core.records import Record
+from gateway.core.supervisor import do_each
 from protocols.wording import as_given
 
 log = logging.getLogger(__name__)
@@ -452,16 +454,17 @@ class KeyStore:
             log.warning("%s cannot be looked at: %s", self._path, error.strerror)
             return
         seen = status.st_mtime_ns, status.st_ino, status.st_size
-        if seen == self._seen:
-            return
-        self._seen = seen
+        if seen != self._seen:
+            self._seen = None
+            do_each("the reading of the keys", partial(self._read_anew, seen))
+
+    def _read_anew(self, seen: tuple[int, int, int]) -> None:
+        """Read the file as it was seen; after a fault the keys stay, and it is read again."""
         try:
             self._keys = {key.prefix: key for key in self._read().keys}
         except KeyFault as error:
             log.warning("The keys stay as they were: %s", error)
-        except Exception:
-            self._seen = None
-            log.exception("The keys stay as they were, and are read again")
+        self._seen = seen
 
     def _read(self) -> _File:
         try:

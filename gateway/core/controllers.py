@@ -6,13 +6,13 @@ from functools import partial
 from typing import Any, ClassVar, Generic, Protocol, TypeVar
 
 from gateway.core.addresses import none_such
-from gateway.core.family import Family, MayMove, Seen, Site, is_within, why_it_moves
+from gateway.core.family import Family, MayMove, Seen, Site, in_doubt, is_within, why_it_moves
 from gateway.core.jogs import JogNews
 from gateway.core.move_log import MoveLog
 from gateway.core.move_record import RESTARTED
 from gateway.core.parts import Part
 from gateway.core.stops import StopMode
-from gateway.core.supervisor import Deed, do_each, insist
+from gateway.core.supervisor import Deed, do_each
 from gateway.core.targets import Stopped, stopped
 
 
@@ -39,7 +39,6 @@ class Controller(Protocol):
 
 
 C = TypeVar("C", bound=Controller)
-_END = "the end of motion"
 
 
 class Controllers(Family, Generic[C]):
@@ -109,25 +108,25 @@ class Controllers(Family, Generic[C]):
                 owner = self.find(move.body_id.partition("/")[0])
                 self.moves.take_over(owner, move, begun=move.id in begun, since=since)
 
-    def was_left_alone(self) -> None:
-        """Stop what jogs: its heartbeats are too old."""
-        do_each(_END, *(partial(each.jogs.end_all, JogNews.MISSED) for each in self.every())).or_raise()
+    def was_left_alone(self) -> tuple[Deed, ...]:
+        """Name what stops what jogs: its heartbeats are too old."""
+        return tuple(partial(each.jogs.end_all, JogNews.MISSED) for each in self.every())
 
     def stop_all(self, mode: StopMode) -> Awaitable[Stopped]:
         """Stop all."""
         stopping = (partial(each.stops.stop, mode) for each in self.every() if not each.line.is_elsewhere())
         return stopped(self.collections[0], asyncio.gather(*do_each("a stop", *stopping).or_raise()))
 
-    def end_motion(
-        self, *, everything: bool, within: Sequence[Part] | None = None
-    ) -> list["asyncio.Task[Any]"]:
-        """Stop what jogs, or everything that moves."""
+    def end_motion(self, *, everything: bool, within: Sequence[Part] | None = None) -> tuple[Deed, ...]:
+        """Name what stops what jogs, or everything that moves."""
         meant = [
             controller for controller in self.every() if is_within(controller.line.id, controller.id, within)
         ]
-        insist(_END, *(partial(each.jogs.end_all, JogNews.CLOSING) for each in meant))
-        moving = [each for each in meant if everything and all(do_each(_END, partial(_moves, each)))]
-        return do_each(_END, *(partial(each.stops.stop, "decelerate") for each in moving)).or_raise()
+        moving = [each for each in meant if everything and in_doubt(partial(_moves, each))]
+        return (
+            *(partial(each.jogs.end_all, JogNews.CLOSING) for each in meant),
+            *(partial(each.stops.stop, "decelerate") for each in moving),
+        )
 
     async def at_rest(self) -> None:
         """Wait for stops, and for refusals of moves."""

@@ -260,23 +260,17 @@ class _DriveStop(Stopping):
     one_at_a_time = True
 
     def __init__(self, drive: Drive, mode: StopMode) -> None:
-        super().__init__(mode, DriveStopReport(drive_id=drive.id), drive.line)
+        report = DriveStopReport(drive_id=drive.id)
+        super().__init__(mode, report, drive.line, lambda news, _: drive.tell(news, report))
         self._drive = drive
+        self._reasons = (text("stops.motor-not-at-rest"),)
 
     def _send_stop(self) -> "asyncio.Future[Any]":
         return self._drive.send_halt(self.note_written)
 
-    async def stands_still(self) -> bool:
-        """Ask the drive."""
-        return await self._drive.stands_still()
-
-    def why_not(self) -> Sequence[Text]:
-        """Say why standstill is not proved: the drive moves, or does not tell."""
-        return [text("stops.motor-not-at-rest")]
-
-    def publish(self, what: str) -> None:
-        """Tell how far it has come."""
-        self._drive.tell(f"stop.{what}", self.report)
+    async def _see(self) -> Sequence[Text]:
+        """Ask the drive: it moves, or does not tell."""
+        return () if await self._drive.stands_still() else (text("stops.motor-not-at-rest"),)
 
 
 class DriveStops(StopsOfOne[_DriveStop]):

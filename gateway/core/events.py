@@ -1,7 +1,6 @@
 """The events of the plant, in one order for all clients, and how a client reads on after a break."""
 
 import asyncio
-import logging
 import re
 import secrets
 import zlib
@@ -20,10 +19,8 @@ from pydantic_core import from_json, to_json
 from gateway.core.addresses import canonical_address
 from gateway.core.errors import InvalidRequest
 from gateway.core.live import Live, Watch
-from gateway.core.supervisor import Observers
+from gateway.core.supervisor import FaultsTo, Observers, do_each
 from gateway.core.times import happens
-
-log = logging.getLogger(__name__)
 
 RETAINED_EVENTS = 125_000
 """Newest events that can be read again."""
@@ -332,12 +329,11 @@ class Subscription(AsyncIterator[Event]):
         """Have a turn of a delivery: no task is woken for each event of each client."""
         if not outlet.takes or end.done():
             return
-        try:
-            self._write_next(outlet, end)
-        except SlowConsumer as slow:
-            end.set_result(slow)
-        except Exception as fault:  # the client is told, and can read on after the last event that it has
-            end.set_exception(fault)
+        with FaultsTo(end.set_exception):  # the client is told, and can read on after its last event
+            try:
+                self._write_next(outlet, end)
+            except SlowConsumer as slow:
+                end.set_result(slow)
 
     def _write_next(self, outlet: EventSink, end: "asyncio.Future[SlowConsumer | None]") -> None:
         batch = self._take()
@@ -524,10 +520,7 @@ class Turns:
         left, now = SLICE, began
         while self._due and left and now - began <= SLICE_S:
             _, turn = self._due.popitem(last=False)
-            try:
-                turn()
-            except Exception:  # the turns of the others come
-                log.exception("a turn has met a fault of the gateway itself")
+            do_each("a turn", turn)
             left -= 1
             now = self._clock()
         pause_s = min(PAUSE * (now - began), LONGEST_PAUSE_S)
@@ -571,7 +564,7 @@ class EventHub:
         self.readings = lru_cache(SHARED_BATCHES)(self._readings)
         self.take_snapshot: Callable[[Filter, str], Data] | None = None
         """Tells of what is wanted how it is now, with the cursor of the newest event."""
-        self.listeners = Observers[[Event]](lambda event: f"event {event.type}")
+        self.listeners = Observers[[Event]]("an event")
         """Called with each event, in this order, before a client reads it."""
 
     def resume(

@@ -1,6 +1,5 @@
 """The interface of a family of controllers: its lines, the parts on them, and the commands they take."""
 
-import asyncio
 import random
 from abc import ABC, abstractmethod
 from collections.abc import Awaitable, Callable, Collection, Coroutine, Iterable, Mapping, Sequence
@@ -25,7 +24,7 @@ from gateway.core.operation import DocumentSection, RouteWords, Rows
 from gateway.core.parts import Part
 from gateway.core.records import Record
 from gateway.core.stops import Report, StopMode
-from gateway.core.supervisor import Deed
+from gateway.core.supervisor import Deed, do_each
 from gateway.core.targets import Stopped, Target
 from gateway.core.works import DurableJobs
 from gateway.texts import text
@@ -239,12 +238,10 @@ class Registered(ABC):
     # the end
 
     @abstractmethod
-    def end_motion(
-        self, *, everything: bool, within: Sequence[Part] | None = None
-    ) -> Sequence["asyncio.Task[Any]"]:
-        """Stop what would never end, or `everything` that moves; the stops are queued at once.
+    def end_motion(self, *, everything: bool, within: Sequence[Part] | None = None) -> tuple[Deed, ...]:
+        """Name what stops what would never end, or `everything` that moves; each queues stops at once.
 
-        `within` names the only parts that are meant, if not all are.
+        `within` names the only parts that are meant, if not all are. Each may be done twice.
         """
 
     @abstractmethod
@@ -352,8 +349,8 @@ class Family(Registered):
         return ()
 
     @abstractmethod
-    def was_left_alone(self) -> None:
-        """Nothing was looked at for seconds: believe nothing that was read before."""
+    def was_left_alone(self) -> tuple[Deed, ...]:
+        """Name what is due where nothing was looked at for seconds: stop what jogs, believe nothing read."""
 
     @abstractmethod
     def stop_all(self, mode: StopMode) -> Awaitable[Stopped]:
@@ -382,13 +379,18 @@ class Extension(Registered):
     def forget(self, line: Any) -> None:
         """Forget what was made on a line, which is removed, but the records of its moves."""
 
-    def end_motion(self, **_: Any) -> Sequence["asyncio.Task[Any]"]:
+    def end_motion(self, **_: Any) -> tuple[Deed, ...]:
         """Stop nothing: the family does."""
         return ()
 
     def left_moving(self) -> Iterable[MayMove]:
         """Name nothing: the family does."""
         return ()
+
+
+def in_doubt(question: Callable[[], bool]) -> bool:
+    """Answer whether motion is to be stopped; after a fault of the gateway itself that is so."""
+    return do_each("the end of motion", question).first(otherwise=True)
 
 
 def facts_of(line: AnyLine) -> PortInfo:

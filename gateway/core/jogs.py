@@ -20,7 +20,7 @@ from gateway.core.errors import GatewayError, NotFound
 from gateway.core.line import LineDriver
 from gateway.core.origin import Origin, acting, working
 from gateway.core.records import Record
-from gateway.core.supervisor import Outcomes, do_each, insist, supervise
+from gateway.core.supervisor import do_each, insist, supervise
 from protocols.wording import as_given
 
 HEARTBEAT_S: Final = 0.5
@@ -330,14 +330,15 @@ class Jogs(ABC, Generic[J, T]):
 
     def end_all(self, news: Literal[JogNews.MISSED, JogNews.CLOSING]) -> None:
         """Stop every motor that jogs: no heartbeat counts any more."""
-        self._take_each([session for session in self._sessions.values() if session.jogs], news).or_raise()
+        self.take_all(news, [session for session in self._sessions.values() if session.jogs])
 
-    def take_all(self, news: JogNews) -> None:
-        """Something has happened to all of them; a fault at one keeps none of the others from it."""
-        self._take_each(self._sessions.values(), news)
+    def take_all(self, news: JogNews, sessions: Iterable[Jogging[J, T]] | None = None) -> None:
+        """Something has happened to all of them, or these; a fault at one keeps no other from it.
 
-    def _take_each(self, sessions: Iterable[Jogging[J, T]], news: JogNews) -> Outcomes[None]:
-        return do_each(_WHAT, *(partial(self._take, session, news) for session in sessions))
+        One that was not stopped because of a fault is stopped when its heartbeat is missed.
+        """
+        some = self._sessions.values() if sessions is None else sessions
+        do_each(_WHAT, *(partial(self._take, session, news) for session in some)).or_raise()
 
     @property
     def is_under_way(self) -> bool:

@@ -8,7 +8,7 @@ was held up for longer than its lease writes nothing. Stops and reads need none.
 import asyncio
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import partial
+from math import inf
 from pathlib import Path
 from typing import Any, Final, Literal, Protocol
 
@@ -187,8 +187,8 @@ class Leases:
         for other in in_the_way:
             self._end(other, "taken_over")
         held = _Held(scope, subject, parts, holder, token, ttl_s, self.clock() + ttl_s)
+        self._wait(held.until)
         self._held[held.id] = held
-        insist(WAKE, self._wait)
         self.on_taken(held.subject, self._told(held))
         return self._told_to_holder(held)
 
@@ -301,13 +301,14 @@ class Leases:
         if self._timer is not None:
             self._timer.cancel()
 
-    def _wait(self) -> None:
-        """Keep one timer, for the end of the lease that ends first."""
+    def _wait(self, until: float = inf) -> None:
+        """Keep one timer, for the end of the lease that ends first; another is to end `until` then."""
         if self._timer is not None:
             self._timer.cancel()
             self._timer = None
-        if self._held:
-            rest_s = min(held.until for held in self._held.values()) - self.clock()
+        first = min([until, *(held.until for held in self._held.values())])
+        if first < inf:
+            rest_s = first - self.clock()
             self._timer = asyncio.get_running_loop().call_later(max(rest_s, 0.001), insist, WAKE, self._wake)
 
     def _wake(self) -> None:
@@ -315,11 +316,11 @@ class Leases:
         self._wait()
 
     def _end(self, held: _Held, why: End) -> None:
-        """The only place where a lease ends."""
+        """The only place where a lease ends: what moves is heeded first, so that a fault leaves it to end."""
         told = self._told(held)
+        self.on_loss(told, held.parts)
         del self._held[told.lease]
         self.on_end(held.subject, told, why)
-        insist(f"the end of {told.lease}", partial(self.on_loss, told, held.parts))
 
     def _find(self, lease_id: str) -> _Held:
         self.expire()

@@ -31,7 +31,7 @@ from gateway.core.line_state import LineState, PortAction, PortLife, PortNews, P
 from gateway.core.origin import ORIGIN, PROBE, SET_UP, acting, current
 from gateway.core.sequence_lock import SequenceLock, all_held
 from gateway.core.session import Session
-from gateway.core.supervisor import do_each, supervise
+from gateway.core.supervisor import FaultsTo, do_each, supervise
 from protocols.lines import Garbage
 from protocols.table import Effect
 from transports.base import Transport, TransportError, TransportLost, TransportRefused
@@ -107,11 +107,11 @@ class PortPace:
 class EarliestTimer:
     """One timer, at the earliest moment that anything is due."""
 
-    __slots__ = ("_handle", "_ring", "_survive", "due_at")
+    __slots__ = ("_handle", "_ring", "_survived", "due_at")
 
-    def __init__(self, ring: Callable[[], None], survive: Callable[[Exception], None]) -> None:
-        """`survive` is called with a fault of the gateway itself that `ring` has met."""
-        self._ring, self._survive = ring, survive
+    def __init__(self, ring: Callable[[], None], survived: FaultsTo) -> None:
+        """`survived` heeds a fault of the gateway itself that `ring` has met."""
+        self._ring, self._survived = ring, survived
         self._handle: asyncio.TimerHandle | None = None
         self.due_at = 0.0
 
@@ -127,10 +127,8 @@ class EarliestTimer:
 
     def _fire(self) -> None:
         self._handle = None
-        try:
+        with self._survived:
             self._ring()
-        except Exception as fault:
-            self._survive(fault)
 
 
 class PortLoop(ABC):
@@ -152,7 +150,9 @@ class PortLoop(ABC):
         self.byte_time_s = transport.byte_time_s
         """Seconds one byte takes on the wire; 0.0 where that does not pace the gateway."""
         self._wire = PortPace()
-        self._timer = EarliestTimer(self._wake, self._survive)
+        self._survived = FaultsTo(self._survive)
+        """Heeds a fault of the gateway itself: the line does not last with it."""
+        self._timer = EarliestTimer(self._wake, self._survived)
         self._attention = asyncio.Event()
         """Set while a set-up is due, and when the port was lost."""
         self._tasks: list[asyncio.Task[None]] = []
@@ -266,18 +266,17 @@ class PortLoop(ABC):
             if self._has_to_wait():
                 await asyncio.sleep(REOPEN_S[0])
                 continue
-            try:
-                await self.transport.open(self)
-                self.counters["openings"] += 1
-                if self._life.take(PortNews.OPENED) is not PortAction.CLOSE:
-                    if await self._serve_until_lost():
-                        pause_s = REOPEN_S[0]
-                    if not self._life.has_ended:
-                        self.owner.on_lost()
-            except TransportError as error:
-                self._went_down(str(error))
-            except Exception as fault:  # passed on, it would leave the line down for good, and nobody told
-                self._went_down(f"{type(fault).__name__}: {fault}", fault)
+            with self._survived:  # passed on, it would leave the port open, and nobody told
+                try:
+                    await self.transport.open(self)
+                    self.counters["openings"] += 1
+                    if self._life.take(PortNews.OPENED) is not PortAction.CLOSE:
+                        if await self._serve_until_lost():
+                            pause_s = REOPEN_S[0]
+                        if not self._life.has_ended:
+                            self.owner.on_lost()
+                except TransportError as error:
+                    self._went_down(str(error))
             await self.transport.close()
             await asyncio.sleep(pause_s)
             pause_s = min(2 * pause_s, REOPEN_S[1])
@@ -471,7 +470,7 @@ class LineDriver(PortLoop, Generic[X, W, F]):
         """Journal of intents, in which frames with an effect are written down first; None without one."""
         self._promised: dict[asyncio.Future[Any], X] = {}
         """Exchanges by the future of a waiter."""
-        self._expiry = EarliestTimer(self._expire, self._survive)
+        self._expiry = EarliestTimer(self._expire, self._survived)
         self.turnaround_s = 0.0
         """Mean time from a frame to its reply of late, without the bytes of the reply, in seconds."""
         self._held_when_heard_s = 0.0
@@ -556,7 +555,7 @@ class LineDriver(PortLoop, Generic[X, W, F]):
 
     def _pump(self) -> None:
         """Write whatever may go now; a frame at a time, so that a stop leaves at the next frame boundary."""
-        try:
+        with self._survived:
             goes_on = self._life.is_open and self._session.has_something()
             while goes_on and self._life.is_open:
                 now = self._loop.time()
@@ -573,8 +572,6 @@ class LineDriver(PortLoop, Generic[X, W, F]):
                 if exchange is None:
                     return
                 goes_on = self._write(exchange, now)
-        except Exception as fault:
-            self._survive(fault)
 
     def _survive(self, fault: Exception) -> None:
         """Tell those, too, whose exchange the fault has dropped: they would wait for ever."""
@@ -611,7 +608,7 @@ class LineDriver(PortLoop, Generic[X, W, F]):
         """Bytes from the port."""
         self._wire.heard_at = self._loop.time()
         self._wire.heard_bytes += len(data)
-        try:
+        with self._survived:
             for frame in self._reader.feed(data):
                 if isinstance(frame, Garbage):
                     self._receive_noise(frame)
@@ -619,8 +616,6 @@ class LineDriver(PortLoop, Generic[X, W, F]):
                     self._hear(frame)
                 else:
                     self._receive(cast("F", frame))
-        except Exception as fault:
-            self._survive(fault)
 
     # the echo
 

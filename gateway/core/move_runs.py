@@ -29,7 +29,7 @@ from gateway.core.move_log import MoveLog, Trajectories
 from gateway.core.move_record import LOST_AFTER_S, MoveError, MoveRecord, MoveStatus
 from gateway.core.next_calls import NextCall
 from gateway.core.origin import working
-from gateway.core.supervisor import do_each, insist, insist_after
+from gateway.core.supervisor import Deed, FaultsTo, insist
 from gateway.core.verdicts import (
     Begun,
     Finding,
@@ -161,9 +161,10 @@ class MoveRun(ABC, Generic[M, S]):
 
     # what a family brings: news of the part
 
-    def _free(self) -> None:
-        """Let another move begin."""
+    def _free(self) -> tuple[Deed, ...]:
+        """Let another move begin, and name what is to be done then."""
         self._part.release()
+        return ()
 
     def _calls(self, error: GatewayError, /) -> Sequence[NextCall]:
         """The calls that help where the move did not succeed."""
@@ -472,10 +473,8 @@ class Motion(ABC, Generic[R, P]):
     @staticmethod
     async def _follow(run: R, reply: object) -> None:
         """Follow a move; a fault of the gateway itself ends the watch over this one alone."""
-        try:
+        with FaultsTo(lambda fault: _not_followed(run.move.id, fault, run.give_up)):
             await run.follow(reply if isinstance(reply, NoReply) else None)
-        except Exception as fault:
-            _not_followed(run.move.id, fault, run.give_up)
 
     def answer(self, refusal: GatewayError | None) -> None:
         """Tell the caller that it is taken, or why not; the first answer counts."""
@@ -547,16 +546,18 @@ class MoveRuns(Generic[M]):
         """
         task = asyncio.create_task(work(), name=f"move {move_id}")
         self._beginnings[task] = taken
-        insist_after(task, f"the end of move {move_id}", lambda _: self._over(task, move_id, give_up))
+        over = partial(self._over, task, move_id, give_up)
+        task.add_done_callback(lambda _: insist(f"the end of move {move_id}", over))
 
     def _over(self, task: asyncio.Task[None], move_id: str, give_up: GiveUp) -> None:
-        taken = self._beginnings.pop(task)
+        taken = self._beginnings[task]
         fault = None if task.cancelled() else task.exception()
+        if isinstance(fault, Exception) and not taken.done():
+            taken.set_exception(fault)
+        taken.cancel()
         if isinstance(fault, Exception):
             _not_followed(move_id, fault, give_up)
-            if not taken.done():
-                taken.set_exception(fault)
-        taken.cancel()
+        del self._beginnings[task]
 
     def _go_on(self, run: MoveRun[M, Any], since: str, *, begun: bool) -> None:
         """Follow a move of an earlier life; `begun` and `since` as of `MoveRun.go_on`."""
@@ -570,4 +571,4 @@ class MoveRuns(Generic[M]):
 def _not_followed(move_id: str, fault: Exception, give_up: GiveUp) -> None:
     log.error("move %s has met a fault of the gateway itself", move_id, exc_info=fault)
     why = f"A fault of the gateway itself ({type(fault).__name__}) has ended its watch over the move."
-    do_each(f"move {move_id}", partial(give_up, why))
+    give_up(why)

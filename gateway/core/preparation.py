@@ -27,16 +27,18 @@ It is pure: it reads what is known and asks nothing. It raises the refusal where
 
 
 async def prepare(
-    lock: SequenceLock, needs: Iterable[Missing[Q, A]], ask: Callable[[Q], Awaitable[A]]
+    lock: SequenceLock | None, needs: Iterable[Missing[Q, A]], ask: Callable[[Q], Awaitable[A]]
 ) -> None:
     """Ask for what is missing, need by need, with the sequence lock held.
+
+    Without a lock every answer names its controller: then questions of others may come in between.
 
     A need is looked at when all before it are met, so it may depend on what they have told.
 
     :raises GatewayError: the command must not be sent; the error is that of the need.
     :raises RuntimeError: another task could write in between, for the lock is not held here.
     """
-    if lock.holder is None or lock.holder is not current_series():
+    if lock is not None and (lock.holder is None or lock.holder is not current_series()):
         raise RuntimeError("a preparation needs the sequence lock")
     for missing in needs:
         heard: list[Asked[Q, A]] = []

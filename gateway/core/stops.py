@@ -14,7 +14,7 @@ from gateway.core.drawn import Transition
 from gateway.core.errors import GatewayError, NotSent
 from gateway.core.origin import working
 from gateway.core.records import Record
-from gateway.core.supervisor import do_each, insist, insist_after, supervised, twice
+from gateway.core.supervisor import do_each, insist, supervise
 from gateway.core.times import happens
 from gateway.texts import Text, text
 
@@ -180,11 +180,16 @@ class Stopping(ABC):
     one_at_a_time: ClassVar[bool] = False
     """True if a repetition is left out while the last one waits for its turn or its reply."""
     report: Any
-    """The `Report` of this stop."""
+    """The `Report` of this stop, a model."""
 
-    def __init__(self, mode: StopMode, report: Report, line: Any) -> None:
+    def __init__(
+        self, mode: StopMode, report: Report, line: Any, tell: Callable[[str, dict[str, Any]], object]
+    ) -> None:
+        """`tell` publishes news of the stop, such as `stop.confirmed`, with its data."""
         self.mode = mode
-        self.report, self._line = report, line
+        self.report, self._line, self._tell = report, line, tell
+        self._reasons: Sequence[Text] = ()
+        """What spoke against standstill when the controller was last looked at."""
         self._began_at = asyncio.get_running_loop().time()
         self._held_before_s: float = line.admission.held_s(self._began_at)
         self._stop: asyncio.Future[Any] | None = None
@@ -216,16 +221,15 @@ class Stopping(ABC):
             self.note_acknowledged()
 
     @abstractmethod
-    async def stands_still(self) -> bool:
-        """Ask the controller whether it stands still, and nothing runs there that could move it again."""
+    async def _see(self) -> Sequence[Text]:
+        """Ask the controller what speaks against standstill; also a program that could move it again does.
 
-    @abstractmethod
+        Nothing is given where all stands still.
+        """
+
     def why_not(self) -> Sequence[Text]:
         """Tell what keeps it from being confirmed."""
-
-    @abstractmethod
-    def publish(self, what: str) -> None:
-        """Tell everybody how far it has come."""
+        return self._reasons
 
     def tells_of_motion(self) -> bool:
         """Say whether the controller has taken the stop, and said when last asked that the motor runs."""
@@ -285,12 +289,12 @@ class Stopping(ABC):
             stop.add_done_callback(lambda future: self._note(future.result()))
 
     async def see_through(self) -> None:
-        """Repeat the stop until standstill is proved. To cancel this gives it up."""
+        """Repeat the stop until standstill is proved, if it is not yet. To cancel this gives it up."""
         loop = asyncio.get_running_loop()
         self._warn_in(CONFIRM_WITHIN_S)
         try:
             began_at = loop.time()
-            while not await self._is_proved():
+            while self.report.state != "confirmed" and not await self._is_proved():
                 await self._pause(self.pause_s(loop.time() - began_at))
                 began_at = loop.time()
                 self._take_call(CallNews.UNPROVED)
@@ -312,13 +316,18 @@ class Stopping(ABC):
     async def _is_proved(self) -> bool:
         """Ask for proof; while no controller on the line answers there is none, and the stop is repeated."""
         async with asyncio.TaskGroup() as group:
-            proof = group.create_task(self.stands_still(), name="proof of a stop")
+            proof = group.create_task(self._stands_still(), name="proof of a stop")
             while not proof.done():
                 replies = self._line.counters["replies"]
                 await asyncio.wait({proof}, timeout=max(self.pause_s(), self.silent_after_s))
                 if not proof.done() and self._line.counters["replies"] == replies:
                     self._repeat()
         return proof.result()
+
+    async def _stands_still(self) -> bool:
+        self._reasons = await self._see()
+        self.tell()
+        return not self._reasons
 
     def pause_s(self, took_s: float = 0.0) -> float:
         """Seconds to wait after an attempt; in the long run at least as long as the attempt has taken."""
@@ -395,6 +404,10 @@ class Stopping(ABC):
             self._trouble = Text(error.detail, ja)
             self.tell()
 
+    def publish(self, what: str, **more: str) -> None:
+        """Tell everybody how far it has come: its report, and `more`."""
+        self._tell(f"stop.{what}", {**self.report.model_dump(), **more})
+
     def calls_for_hardware(self) -> bool:
         """Say whether the software stop may not be enough."""
         return self._is_overdue
@@ -452,29 +465,25 @@ class StopsUnderWay(Generic[K, S]):
 
     # their life
 
-    def _begun(self, plan: Callable[[], StopPlan[K]]) -> list[S]:
-        """Begin the stops of a plan, each deed for itself; after a fault the plan is made and done again."""
-
-        def stops() -> list[S]:
-            deeds, keys = plan()
-            do_each("a stop", *deeds).or_raise()
-            return [self._running[key] for key in keys]
-
-        return twice("a stop", stops)
+    def _begun(self, plan: StopPlan[K]) -> list[S]:
+        """Begin the stops of a plan, each deed for itself."""
+        deeds, keys = plan
+        do_each("a stop", *deeds).or_raise()
+        return [self._running[key] for key in keys]
 
     def _begin(self, key: K, stop: S, what: str, *others: Callable[[], object]) -> None:
         """Begin a stop, and do what `others` are to do with it; its task repeats it."""
-        task = asyncio.create_task(self._see_through(stop, what), name=what)
+        task = supervise(what, partial(self._see_through, stop, what), lambda _: self._over(stop))
         self._running[key], self._tasks[stop] = stop, task
-        insist_after(task, f"the end of {what}", lambda _: self._over(stop))
         do_each(what, partial(self._count, stop), stop.submit, partial(stop.publish, "requested"), *others)
 
     async def _see_through(self, stop: S, what: str) -> None:
         """Repeat it until it is confirmed; from then on another stop is one of its own."""
         with working("stops"):
-            await supervised(what, stop.see_through)
-        done = self._at_standstill(stop)
-        do_each(what, partial(self._forget, stop), *done, partial(stop.publish, "confirmed"))
+            await stop.see_through()
+        if stop in self._running.values():
+            done = self._at_standstill(stop)
+            do_each(what, partial(self._forget, stop), *done, partial(stop.publish, "confirmed"))
         await self._record(stop)
 
     def _over(self, stop: S) -> None:
@@ -526,7 +535,7 @@ class StopsOfOne(StopsUnderWay[StopMode, S]):
 
         The report comes when it stands still, or after two seconds with what is known then.
         """
-        [stop] = self._begun(partial(self._plan, mode))
+        [stop] = self._begun(self._plan(mode))
         return asyncio.create_task(self._report(stop, self._tasks[stop]), name="stop report")
 
     def _plan(self, mode: StopMode) -> StopPlan[StopMode]:

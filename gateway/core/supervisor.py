@@ -1,7 +1,9 @@
 """The place where unforeseen faults of the gateway itself end: they are logged, and the work goes on.
 
-A task that has to last is supervised: it is begun again after a pause. The gateway insists on what a motor
-waits for: it is done at once again. Deeds and observers are done each for itself.
+`supervise` is for a task that has to last: it is begun again after a pause. `insist` is for what a motor
+waits for: it is done until it is done. `do_each`, and `do_in_turn` for what is awaited, do several deeds each
+for itself. `FaultsTo` makes a result of a fault. A fault in all else travels up to one of these, or to the
+top of a request. Nothing else in the gateway survives a fault (`tests/test_survivors.py`).
 """
 
 import asyncio
@@ -9,7 +11,8 @@ import logging
 from collections.abc import Awaitable, Callable
 from functools import partial
 from inspect import isawaitable
-from typing import Final, Generic, ParamSpec, TypeVar
+from types import TracebackType
+from typing import Any, Final, Generic, ParamSpec, TypeGuard, TypeVar
 
 from gateway.core.errors import GatewayError
 
@@ -27,7 +30,6 @@ WELL_S: Final = 60.0
 INSIST_S: Final = 0.05
 """The first pause before a deed is done a third time."""
 
-
 # tasks that have to last
 
 
@@ -36,18 +38,17 @@ def supervise(
     work: Callable[[], Awaitable[None]],
     then: "Callable[[asyncio.Task[None]], object] | None" = None,
 ) -> "asyncio.Task[None]":
-    """Begin a task that does work to its end, however often it meets a fault.
+    """Begin a task that does work to its end, however often it meets a fault; it may be awaited at once.
 
     `then` is insisted on when the task ends, however it ends.
     """
-    task = asyncio.create_task(supervised(what, work), name=what)
+    task = asyncio.create_task(_supervised(what, work), name=what)
     if then is not None:
-        insist_after(task, what, then)
+        task.add_done_callback(lambda ended: insist(what, partial(then, ended)))
     return task
 
 
-async def supervised(what: str, work: Callable[[], Awaitable[None]]) -> None:
-    """Do work to its end here: after a fault it is begun again."""
+async def _supervised(what: str, work: Callable[[], Awaitable[None]]) -> None:
     pause_s = AGAIN_S[0]
     loop = asyncio.get_running_loop()
     while True:
@@ -67,53 +68,42 @@ async def supervised(what: str, work: Callable[[], Awaitable[None]]) -> None:
 # deeds that a motor waits for
 
 
-def insist(what: str, *deeds: Callable[[], object]) -> None:
-    """Do what a motor waits for, and may be done twice: after a fault at once again, until it is done."""
+def insist(what: str, *deeds: Deed) -> None:
+    """Do what may be done twice: after a fault at once again, and then again and again until it is done.
+
+    A deed that gives a tuple names others, which are insisted on next.
+    """
     for deed in deeds:
-        try:
-            deed()
-        except Exception:
-            log.exception("%s has met a fault of the gateway itself, and is done again at once", what)
-            _insist(what, deed, INSIST_S)
+        _insist(what, deed, 0.0)
 
 
-def _insist(what: str, deed: Callable[[], object], pause_s: float) -> None:
+def _insist(what: str, deed: Deed, pause_s: float) -> None:
     try:
-        deed()
+        done = deed()
     except Exception:
         log.exception("%s has met a fault of the gateway itself, and is done again in %g s", what, pause_s)
-        loop = asyncio.get_running_loop()
-        loop.call_later(pause_s, _insist, what, deed, min(2 * pause_s, AGAIN_S[1]))
+        if pause_s:
+            loop = asyncio.get_running_loop()
+            loop.call_later(pause_s, _insist, what, deed, min(2 * pause_s, AGAIN_S[1]))
+        else:
+            _insist(what, deed, INSIST_S)
+    else:
+        if _are_deeds(done):
+            insist(what, *done)
 
 
-def insist_after(task: "asyncio.Task[T]", what: str, deed: "Callable[[asyncio.Task[T]], object]") -> None:
-    """Do what a motor waits for when a task has ended, however it has ended."""
-    task.add_done_callback(lambda ended: insist(what, partial(deed, ended)))
+def _are_deeds(done: object) -> TypeGuard[tuple[Deed, ...]]:
+    return type(done) is tuple and all(map(callable, done))
 
 
-def twice(what: str, deed: Callable[P, T], *given: P.args, **named: P.kwargs) -> T:
-    """Do what may be done twice, and give its result: after a fault at once again.
-
-    :raises GatewayError: it is refused, which is no fault.
-    :raises Exception: the second attempt has met a fault, too.
-    """
-    try:
-        return deed(*given, **named)
-    except GatewayError:
-        raise
-    except Exception:
-        log.exception("%s has met a fault of the gateway itself, and is done again", what)
-        return deed(*given, **named)
-
-
-# several, each for itself
+# several deeds, each for itself
 
 
 class Outcomes(list[T]):
     """The results of deeds that met no fault."""
 
     fault: Exception | None = None
-    """The first fault of those that did."""
+    """The first fault, or refusal, of those that did."""
 
     def first(self, otherwise: T) -> T:
         """Give the first result; after a fault that of a cautious answer."""
@@ -125,36 +115,66 @@ class Outcomes(list[T]):
             raise self.fault
         return self
 
+    def note(self, what: str, error: Exception) -> None:
+        """Note a fault, and log it; a refusal is none."""
+        self.fault = self.fault or error
+        if not isinstance(error, GatewayError):
+            log.error("%s has met a fault of the gateway itself", what, exc_info=error)
+
 
 def do_each(what: str, *deeds: Callable[[], T]) -> Outcomes[T]:
-    """Do all of these: a fault in one keeps none of the others from it."""
-    done: Outcomes[T] = Outcomes()
+    """Do all of these: a fault in one keeps none of the others from it.
+
+    Each may be done twice: after a fault it is done once more, at once.
+    """
+    outcomes: Outcomes[T] = Outcomes()
     for deed in deeds:
         try:
-            done.append(deed())
-        except Exception as fault:
-            log.exception("%s has met a fault of the gateway itself", what)
-            done.fault = done.fault or fault
-    return done
+            outcomes.append(_twice(what, deed))
+        except Exception as error:
+            outcomes.note(what, error)
+    return outcomes
 
 
-async def do_in_turn(what: str, *deeds: Callable[[], object]) -> None:
-    """Do all of these, awaited or not, which may be done twice: after a fault each is done once more.
+def _twice(what: str, deed: Callable[[], T]) -> T:
+    try:
+        return deed()
+    except GatewayError:
+        raise
+    except Exception:
+        log.exception("%s has met a fault of the gateway itself, and is done again", what)
+    return deed()
+
+
+async def do_in_turn(what: str, *deeds: Deed) -> Outcomes[Any]:
+    """Do all of these as `do_each` does, and wait for each where it gives something to wait for.
 
     A deed that gives a tuple names others, which are done next.
     """
+    outcomes: Outcomes[Any] = Outcomes()
     for deed in deeds:
-        for _ in range(2):
-            try:
-                done = deed()
-                if isawaitable(done):
-                    await done
-                elif isinstance(done, tuple):
-                    await do_in_turn(what, *done)
-            except Exception:
-                log.exception("%s has met a fault of the gateway itself", what)
-            else:
-                break
+        try:
+            outcomes.append(await _awaited_twice(what, deed))
+        except Exception as error:
+            outcomes.note(what, error)
+    return outcomes
+
+
+async def _awaited_twice(what: str, deed: Deed) -> object:
+    try:
+        return await _awaited(what, deed)
+    except GatewayError:
+        raise
+    except Exception:
+        log.exception("%s has met a fault of the gateway itself, and is done again", what)
+    return await _awaited(what, deed)
+
+
+async def _awaited(what: str, deed: Deed) -> object:
+    done = deed()
+    if isawaitable(done):
+        return await done
+    return await do_in_turn(what, *done) if _are_deeds(done) else done
 
 
 class Observers(list[Callable[P, object]], Generic[P]):
@@ -162,16 +182,33 @@ class Observers(list[Callable[P, object]], Generic[P]):
 
     __slots__ = ("_what",)
 
-    def __init__(self, what: str | Callable[P, str]) -> None:
+    def __init__(self, what: str) -> None:
         """`what` names the news in the log."""
         super().__init__()
         self._what = what
 
     def __call__(self, *told: P.args, **named: P.kwargs) -> None:
         """Tell all of them."""
-        for observer in self:
-            try:
-                observer(*told, **named)
-            except Exception:
-                what = self._what if isinstance(self._what, str) else self._what(*told, **named)
-                log.exception("%s has met a fault of the gateway itself", what)
+        do_each(self._what, *(partial(observer, *told, **named) for observer in self))
+
+
+# a fault that becomes a result
+
+
+class FaultsTo:
+    """A block whose fault goes to `heed`, which tells those who wait; it is made once, and used again."""
+
+    __slots__ = ("_heed",)
+
+    def __init__(self, heed: Callable[[Exception], object]) -> None:
+        self._heed = heed
+
+    def __enter__(self) -> None:
+        """Begin the block."""
+
+    def __exit__(self, _: object, fault: BaseException | None, __: TracebackType | None) -> bool:
+        """Let `heed` go on after a fault; an end of the task itself passes."""
+        if not isinstance(fault, Exception):
+            return False
+        self._heed(fault)
+        return True

@@ -16,7 +16,6 @@ from gateway.access.roles import Role
 from gateway.core.errors import GatewayError
 from gateway.core.origin import ORIGIN, Origin
 from gateway.core.rights import Right
-from gateway.core.supervisor import do_each
 from gateway.door.table import operations_of
 from gateway.plant import Plant
 from gateway.security import entries
@@ -188,11 +187,6 @@ class AccessCheck:
         self, target: str, error: NotAuthenticated | NotPermitted, name_of: Callable[[], str | None]
     ) -> None:
         """Write a refusal into the security log, unless the caller has shown no credential."""
-        do_each("the security log", partial(self._note, target, error, name_of))
-
-    def _note(
-        self, target: str, error: NotAuthenticated | NotPermitted, name_of: Callable[[], str | None]
-    ) -> None:
         if isinstance(error, NothingShown):
             return
         if isinstance(error, NotAuthenticated):

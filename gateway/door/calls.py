@@ -15,7 +15,7 @@ from gateway.core.family import Registered
 from gateway.core.operation import EXPECTS, KEYED, Expectation, Operation, names_in
 from gateway.core.origin import ORIGIN
 from gateway.core.rights import Right
-from gateway.core.supervisor import do_each, twice
+from gateway.core.supervisor import do_each, do_in_turn
 from gateway.core.targets import Looked, Target
 from gateway.door.caller import require
 from gateway.door.names import COLLECTIONS
@@ -24,7 +24,7 @@ from gateway.plant import Plant
 from protocols.table import Effect
 from transports.recorder import clocks
 
-__all__ = ["aside", "carry_out", "require_right", "twice"]
+__all__ = ["aside", "carry_out", "do_each", "require_right"]
 
 _OF_LINES: Final = ("/lines", *COLLECTIONS)
 _BY_ITSELF: Final = "gateway"
@@ -53,6 +53,20 @@ async def carry_out(
     :raises LeaseRefused: another caller has a lease there; nothing was sent.
     :raises GatewayError: it was not carried out, or that cannot be known; the error says which.
     """
+    carried = partial(_carried_out, plant, operation, values, expects, keyed=keyed)
+    if operation.right is not Right.STOP:
+        return await carried()
+    return (await do_in_turn("a stop", carried)).or_raise()[0]  # it may be sent as often as one likes
+
+
+async def _carried_out(
+    plant: Plant,
+    operation: Operation,
+    values: Mapping[str, Any],
+    expects: Expectation | None,
+    *,
+    keyed: bool,
+) -> Any:
     way = _way_of(operation)
     before = ORIGIN.set(ORIGIN.get())
     try:

@@ -1,13 +1,11 @@
 """Commands of the tables: the effect of each decides how it is carried out."""
 
-from collections.abc import Awaitable
 from typing import Any
 
 from gateway.core.errors import NotAllowed
 from gateway.core.move_record import START_WITHIN_S
 from gateway.core.origin import current
 from gateway.core.rights import RIGHT_OF
-from gateway.core.supervisor import twice
 from gateway.core.targets import AnyCommand, Result, Target
 from gateway.door.caller import for_caller, require
 from gateway.door.keys import not_honoured
@@ -46,16 +44,12 @@ async def do_admitted(
     :raises GatewayError: it was not carried out, or that cannot be known; the error says which.
     """
     if command.effect is Effect.STOP:
-        return await twice("a stop", _stop_by, plant, target, command)
+        return await plant.target(target).stop_by(command)
     addressed = plant.target(target)
     if not command.starts_motion:
         return await addressed.ask(command)
     plant.require_unlatched(addressed.address)
     return await addressed.start_and_wait(command, wait_s, start_within_s)
-
-
-def _stop_by(plant: Plant, target: str, command: AnyCommand) -> Awaitable[Result]:
-    return plant.target(target).stop_by(command)
 
 
 def read_text(plant: Plant, target: str, text: str) -> AnyCommand:

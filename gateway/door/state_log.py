@@ -10,7 +10,7 @@ from pydantic_core import to_json
 from gateway.access.principal import EVERYBODY, asking
 from gateway.core.aside import aside
 from gateway.core.origin import POLL, acting
-from gateway.core.supervisor import supervised
+from gateway.core.supervisor import supervise
 from gateway.door.calls import carry_out
 from gateway.door.names import COLLECTIONS
 from gateway.door.table import Operation, operations
@@ -26,7 +26,7 @@ LISTS: Final = ("/lines", *COLLECTIONS, "/alarms")
 async def note_states(plant: Plant) -> None:
     """Note what has changed, until it is cancelled."""
     with asking(EVERYBODY), acting(POLL):
-        await supervised("the notes of states", lambda: _note(plant))
+        await supervise("the notes of states", lambda: _note(plant))
 
 
 async def _note(plant: Plant) -> None:

@@ -256,10 +256,9 @@ class Fics(Robots):
             if robot.line is line and (line.uploading or self.restores.is_under_way(robot.id))
         )
 
-    def was_left_alone(self) -> None:
-        """Stop what jogs, and look at every robot."""
-        for robot in self.robots():
-            robot.was_left_alone()
+    def was_left_alone(self) -> tuple[Deed, ...]:
+        """Name what stops what jogs, and has every robot looked at."""
+        return *super().was_left_alone(), *(robot.known.doubt for robot in self.robots())
 
     # the end
 

@@ -150,7 +150,7 @@ class RobotJogs(Jogs[JogSession, None]):
         if not all(map(self._was_sent, sessions)):
             self._line.begin_stop()  # a start that waits must not follow the stop
         sent = [session for session in sessions if self._was_sent(session)]
-        self._take_each(sent, JogNews.END).or_raise()
+        self.take_all(JogNews.END, sent)
         if sent:
             await asyncio.wait([session.end for session in sent if session.end is not None])
             if any(session.jog.state == "stopping" for session in sent):

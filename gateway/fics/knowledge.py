@@ -7,7 +7,6 @@ from functools import partial
 from typing import Any, Final
 
 from gateway.core.errors import ControllerRefused, GatewayError, NoReply, NotSent, Outdated, PowerCycled
-from gateway.core.supervisor import do_each
 from gateway.fics.axes import AxisDurations, CoordinateSystem, Tell, UnitAxes
 from gateway.fics.bits import AxisEdges, Bits
 from gateway.fics.errors import ErrorStands, RobotBusy, UnitMissing, UnitNotSelected, answered
@@ -331,9 +330,9 @@ class Knowledge:
 
     def power_lost(self) -> None:
         """The robot was found in the mode of power-on: all that a loss of power takes away is gone."""
-        lost = partial(self.power.lost, certain=True)
-        deeds: list[Callable[[], None]] = [self.unit.forget, self.motion.ramps.forget, lost]
-        do_each("a loss of power", *deeds).or_raise()
+        self.power.lost(certain=True)
+        self.unit.forget()
+        self.motion.ramps.forget()
 
     # what is missing
 

@@ -22,6 +22,7 @@ from gateway.core.move_record import RESTARTED, START_WITHIN_S, MoveStatus
 from gateway.core.move_runs import Found, Motion, MoveRun, MoveRuns, found
 from gateway.core.next_calls import NextCall
 from gateway.core.origin import new_id
+from gateway.core.supervisor import Deed
 from gateway.core.verdicts import AXES, AtRest, Begun, Place, PowerCycle, Stop, Told, VerdictWords
 from gateway.fics.axes import at_rest, in_trouble
 from gateway.fics.calls import calls_for_robot
@@ -106,9 +107,8 @@ class RobotRun(MoveRun[RobotMove, AxesSeen]):
     def _calls(self, error: GatewayError, /) -> Sequence[NextCall]:
         return calls_for_robot(error, self.robot.id, self.line.id, self.unit.number)
 
-    def _free(self) -> None:
-        super()._free()
-        self._moves.on_trajectory(self.unit)
+    def _free(self) -> tuple[Deed, ...]:
+        return *super()._free(), partial(self._moves.on_trajectory, self.unit)
 
     def _was_sent(self) -> None:
         now, move = asyncio.get_running_loop().time(), self.move

@@ -10,11 +10,10 @@ from pydantic import Field
 from gateway.core.controllers import Controllers
 from gateway.core.errors import InvalidRequest
 from gateway.core.exchange import Lane
-from gateway.core.jogs import JogNews
 from gateway.core.records import Record
 from gateway.core.restores import Restores
 from gateway.core.stops import StopMode
-from gateway.core.supervisor import Deed, do_each
+from gateway.core.supervisor import Deed
 from gateway.fics.axes import UnitAxes
 from gateway.fics.bits import Bits
 from gateway.fics.conversation import Answers, answered_now, deadline_of
@@ -137,14 +136,10 @@ class Robot(AskedRobot):
         """Read the stored positions of a unit in turn; errors as of `RobotUnit.positions`."""
         return await self._unit_of(UPLOAD, unit).positions(first, last)
 
-    def was_left_alone(self) -> None:
-        """The gateway was held up for seconds: stop what jogs, and believe nothing read before."""
-        self.jogs.end_all(JogNews.MISSED)
-        self.known.doubt()
-
     def _line_changed(self, what: str, facts: dict[str, object]) -> None:
-        doubts = self.known.doubt, self.known.note_change, self.known.bits.compare_again
-        do_each(f"{what} of {self.id}", *doubts)
+        self.known.doubt()
+        self.known.note_change()
+        self.known.bits.compare_again()
         if what == "robot.power_cycled":
             self.known.power_lost()
         elif what.startswith("robot."):

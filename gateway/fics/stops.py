@@ -22,7 +22,6 @@ from gateway.core.stops import (
     StopState,
     standstill_unknown,
 )
-from gateway.core.supervisor import do_in_turn
 from gateway.core.times import happens
 from gateway.fics.axes import Places, Tell, at_rest
 from gateway.fics.conversation import Conversation
@@ -108,8 +107,8 @@ class RobotStops(StopsOfOne["_RobotStop"]):
         self.was_proved = stop.disproves_its_alarm
         return self._motion.confirm_stop, self._jogs.robot_stands_still
 
-    async def _record(self, stop: "_RobotStop") -> None:
-        await do_in_turn(f"the stop of {stop.report.robot_id}", self._conversation.poll_error)
+    async def _record(self, _: "_RobotStop") -> None:
+        await self._conversation.poll_error()
         await happens(self._motion.idle, RECORD_WITHIN_S)
 
 
@@ -127,14 +126,15 @@ class _RobotStop(Stopping):
         mode: StopMode,
     ) -> None:
         line, ramps = conversation.line, conversation.known.motion.ramps
-        super().__init__(mode, RobotStopReport(robot_id=units[0].robot_id), line)
+        report = RobotStopReport(robot_id=units[0].robot_id)
+        super().__init__(mode, report, line, lambda news, data: tell(f"robot.{news}", data))
         if mode == "decelerate" and ramps.longest_s is not None:
             self.note_ramp(ramps.longest_s)
         self._run: set[int] = set()
         """Units that have told when they were last asked that they move."""
         self._told_at = 0.0
         """Age of the stop, in seconds, when a unit last told that it moves."""
-        self._units, self._conversation, self._tell = units, conversation, tell
+        self._units, self._conversation = units, conversation
         self._refusal: str | None = None
         """The error the robot refused it with, last."""
         self._said_at = self._judged_at = 0
@@ -218,17 +218,17 @@ class _RobotStop(Stopping):
 
     # seeing
 
-    async def stands_still(self) -> bool:
-        """True if every unit says so, twice; if not, the report says which did not, and why."""
+    async def _see(self) -> Sequence[Text]:
+        """Ask every unit, twice; the report says which does not stand still, and why."""
         await self._read_refusal()
         for pause_s in (BRAKES_FOR_S, 0.0):
             for unit in self._units:
                 self._saw(unit, await self._why_not_still(unit))
             if self._not_still:
-                return False
+                break
             if any(self._places.values()):
                 await asyncio.sleep(pause_s)
-        return True
+        return [*self._not_still.values()]
 
     def _saw(self, unit: RobotUnit, why_not_still: Text | None) -> None:
         if why_not_still is None:
@@ -284,7 +284,3 @@ class _RobotStop(Stopping):
         """Write into the report why it is not confirmed, and which units have not told."""
         super().tell()
         self.report.units_unknown = sorted(self._not_still)
-
-    def publish(self, what: str, **more: str) -> None:
-        """Tell everybody how far it has come."""
-        self._tell(f"robot.stop.{what}", {**self.report.model_dump(), **more})

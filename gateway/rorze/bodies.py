@@ -375,11 +375,15 @@ class Body(Looked):
 
         :raises GatewayError: it did not tell.
         """
-        rest, told = self.told.rest, self.told
-        fresh = asyncio.get_running_loop().time() - told.rest_at <= BELIEVED_S
-        if rest is not None and fresh and self.power.is_vouched and not self.line.errs():
+        rest = self.known_at_rest()
+        if rest is not None:
             return rest
         return await believed(self.line, lambda: self.poll(Lane.VERIFY), self._both_may_be_true)
+
+    def known_at_rest(self) -> MotorState | None:
+        """The state it was seen at rest in a moment ago; None where it has to be asked."""
+        fresh = asyncio.get_running_loop().time() - self.told.rest_at <= BELIEVED_S
+        return self.told.rest if fresh and self.power.is_vouched and not self.line.errs() else None
 
     def _both_may_be_true(self, one: MotorState, other: MotorState) -> bool:
         if one.runs or other.runs:

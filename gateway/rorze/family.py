@@ -1,6 +1,5 @@
 """RC-420 bodies behind RC-400 link masters: all of a plant, with their groups, moves, stops and scans."""
 
-import asyncio
 from collections.abc import Awaitable, Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from functools import partial
@@ -22,6 +21,7 @@ from gateway.core.family import (
     TargetKind,
     Watch,
     facts_of,
+    in_doubt,
     is_within,
     why_it_moves,
 )
@@ -535,11 +535,9 @@ class Rorze(Family):
             if self.uploads.is_under_way(body) or self.restores.is_under_way(body.address):
                 yield body.address
 
-    def was_left_alone(self) -> None:
-        """Stop what jogs, and look at every body."""
-        self.jogs.end_all(JogNews.MISSED)
-        for body in self.bodies():
-            body.may_move()
+    def was_left_alone(self) -> tuple[Deed, ...]:
+        """Name what stops what jogs, and has every body looked at."""
+        return partial(self.jogs.end_all, JogNews.MISSED), *(body.may_move for body in self.bodies())
 
     def stop_all(self, mode: StopMode) -> Awaitable[Stopped]:
         """Stop all bodies."""
@@ -644,18 +642,12 @@ class Rorze(Family):
 
     # the end
 
-    def end_motion(
-        self, *, everything: bool, within: Sequence[Part] | None = None
-    ) -> list["asyncio.Task[Any]"]:
-        """Stop what jogs or would never end, or everything that moves."""
+    def end_motion(self, *, everything: bool, within: Sequence[Part] | None = None) -> tuple[Deed, ...]:
+        """Name what stops what jogs or would never end, or everything that moves."""
         meant = (body for body in self.bodies() if is_within(body.line.id, body.address, within))
         must_end = partial(self._must_end, everything=everything)
-        bodies = [
-            body
-            for body in meant
-            if do_each("the end of motion", partial(must_end, body)).first(otherwise=True)
-        ]
-        return [self.stops.stop(bodies, "decelerate")] if bodies else []
+        bodies = [body for body in meant if in_doubt(partial(must_end, body))]
+        return (partial(self.stops.stop, bodies, "decelerate"),) if bodies else ()
 
     def _must_end(self, body: Body, *, everything: bool) -> bool:
         """True if the body is to be stopped at the end of the gateway, also where that cannot be told."""

@@ -3,7 +3,8 @@
 import asyncio
 from collections.abc import Callable, Sequence
 from contextlib import suppress
-from typing import Any, Final, NamedTuple
+from functools import partial
+from typing import Any, Final
 
 from gateway.core.errors import (
     BodyBusy,
@@ -19,24 +20,26 @@ from gateway.core.move_log import Trajectory
 from gateway.core.move_record import Move, MoveStatus
 from gateway.core.move_runs import Found, MoveRun, MoveRuns, found
 from gateway.core.next_calls import NextCall
-from gateway.core.supervisor import do_each
+from gateway.core.preparation import prepare
+from gateway.core.supervisor import Deed
 from gateway.core.times import happens
 from gateway.core.verdicts import AtRest, Begun, Heard, Place, Power, Stop, Told, VerdictWords, row_of
 from gateway.rorze.alarms import calls_for_body
 from gateway.rorze.asked_body import believed
-from gateway.rorze.bodies import ENCODER_SWAYS, STATUS, Body
+from gateway.rorze.bodies import ENCODER_SWAYS, STATUS, Body, R
 from gateway.rorze.errors import IN_MOTION
 from gateway.rorze.knowledge import MotorState
-from gateway.rorze.plans import crossed_limit, target_of
-from gateway.rorze.power import POWER_ON_POSITION, PowerSeen, needs_place
+from gateway.rorze.plans import crossed_limit, entry_in, target_of
+from gateway.rorze.power import POWER_ON_POSITION, PowerSeen
 from gateway.rorze.probes import background_of, follow_s, is_crowded, is_prompt, poll_s
+from gateway.rorze.starts import SharedWay, Start, StartQuestion, needs_of, spoils
 from protocols.rorze.inputs_outputs import GetSensors
 from protocols.rorze.modes import GetOperatingMode
-from protocols.rorze.origin import CentreStallDog, GetHomingDistance, OriginSearch
+from protocols.rorze.origin import CentreStallDog, GetHomingDistance
 from protocols.rorze.position import GetPosition
+from protocols.rorze.position_table import GetPositionEntry
 from protocols.rorze.row import RorzeCommand
 from protocols.rorze.status import END_CAUSE_BITS, SENSOR_BITS, GetEndCause, names_of
-from protocols.table import Reply
 
 STRAIGHT = ("relative", "absolute", "continuous", "jog")
 """Moves that go from where the motor stands, one way."""
@@ -69,18 +72,6 @@ WATCHED_S = 2.0
 _END_CAUSE: Final = GetEndCause()
 
 _POWER: Final = {True: Power.KEPT, None: Power.UNPROVED, False: Power.LOST}
-
-
-def _same_reply(one: tuple[Reply, object], other: tuple[Reply, object]) -> bool:
-    return one[0] == other[0]
-
-
-class SharedWay(NamedTuple):
-    """Where a motor that moves together with others has to start, and should come to, in pulses."""
-
-    start: int
-    target: int
-    tolerance: int
 
 
 class BodyRun(MoveRun[Move, MotorState]):
@@ -125,9 +116,8 @@ class BodyRun(MoveRun[Move, MotorState]):
     def _calls(self, error: GatewayError, /) -> Sequence[NextCall]:
         return calls_for_body(error, self.who)
 
-    def _free(self) -> None:
-        self.body.release()
-        do_each("the end of a trajectory", lambda: self._moves.on_trajectory(self.body))  # it is free once
+    def _free(self) -> tuple[Deed, ...]:
+        return *super()._free(), partial(self._moves.on_trajectory, self.body)
 
     def _lose(self, _why: str, /) -> None:
         self.body.may_move()  # what is not written yet never is: no move stands for it
@@ -168,78 +158,74 @@ class BodyRun(MoveRun[Move, MotorState]):
     async def know_the_start(self, command: RorzeCommand[Any], stretch: SharedWay | None) -> None:
         """Prove that the motor rests, its place, and its target: the evidence if no reply comes.
 
-        The parts of the controller's memory that the motion needs are proved last, right before it is sent.
-        The plan of a move, if there is one, knows the target by its `stretch`.
+        The plan of a move, if there is one, knows the target by its `stretch`. Errors as of its needs.
 
-        :raises BodyBusy: it moves; what it does later would prove nothing of this move.
         :raises NotSent: it did not tell.
-        :raises PowerCycled: it has lost its power, and would go to another place.
         :raises ControllerRefused: it did not tell where an entry of its position table leads to.
         """
         body, move, self._command = self.body, self.move, command
+        self._needs_proof = spoils(body.power, command)
+        start = Start(
+            body.address,
+            command,
+            body.told,
+            body.prepared,
+            body.power,
+            self._needs_proof,
+            body.configured.position_tolerance,
+            stretch,
+            body.known_at_rest(),
+        )
         try:
-            await self._begin_to_guard(command)
-            self.before = await body.where_it_rests()
-            move.start_position = move.position = self.before.position
-            move.target_position = await self._target(command, self.before.position)
-            self._tolerance = await self._encoder_tolerance()
-            await body.know_pattern(command)
-            await self._prove_power(command)
+            await prepare(None, needs_of(start), partial(self._answer, start))
         except NoReply as error:
             raise NotSent(
                 f"{body.address} did not tell its state before the move; the move was not sent.", error.remedy
             ) from None
-        if self.before.runs:
+        except BodyBusy:
             body.may_move()
-            mover = "its user program" if body.life.in_program else "no move of this gateway"
-            raise BodyBusy(
-                f"{body.address} moves already, by {mover}; {move.command} was not sent.",
-                "Wait for its end or stop it.",
-            )
-        if stretch is not None:
-            self._expect(stretch)
+            raise
+        finally:
+            self._take_start(start)
         self._moves.log.on_change(move)  # before its intent: it is what the next life judges by
 
-    def _expect(self, stretch: SharedWay) -> None:
-        """Take the target from the plan of the move.
+    def _take_start(self, start: Start) -> None:
+        """Take what is known of the start, whatever keeps the motion from being sent."""
+        self.before, self._power = start.rest, start.power.seen
+        if start.rest is not None:
+            self.move.start_position = self.move.position = start.rest.position
+            self.move.target_position, self._tolerance = start.way
 
-        :raises NotSent: the motor does not stand where the plan begins.
+    async def _answer(self, start: Start, question: StartQuestion) -> None:
+        """Ask a question, as often as the line makes it necessary, and take the answer.
+
+        :raises GatewayError: it did not tell.
         """
-        if self.before is None or self.before.position != stretch.start:
-            raise NotSent(
-                f"{self.who} stands at {self.move.start_position}, and the move was planned from "
-                f"{stretch.start}; {self.move.command} was not sent.",
-                "See what else moves it, and try again.",
-            )
-        self.move.target_position, self._tolerance = stretch.target, stretch.tolerance
+        body = self.body
+        if question is StartQuestion.REST:
+            start.rest, start.in_program = await body.where_it_rests(), body.life.in_program
+        elif question is StartQuestion.TARGET:
+            entry = GetPositionEntry(entry=entry_in(start.command))
+            start.entry = (await self._believed(entry)).pulses
+        elif question is StartQuestion.MODE:
+            start.mode = (await self._believed(GetOperatingMode())).mode
+        elif question is StartQuestion.SPEEDS:
+            await body.know_pattern(start.command)
+        elif question is StartQuestion.POWER:
+            start.stands = await body.mark.stands(Lane.VERIFY)
+        else:
+            await body.mark.ensure(Lane.VERIFY)
+            if question is StartQuestion.MARK:  # what was seen before proves nothing
+                body.told.rest_in_doubt()
+                start.rest = None
 
-    async def _target(self, command: RorzeCommand[Any], start: int) -> int | None:
-        return await believed(self.body.line, lambda: target_of(self.body, command, start, Lane.VERIFY))
+    async def _believed(self, question: RorzeCommand[R]) -> R:
+        """Ask once, or twice while the line errs."""
 
-    async def _encoder_tolerance(self) -> int:
-        """An encoder may find the motor beside its target; pulses put out are counted, and never miss it."""
-        if not self.body.configured.position_tolerance or self.move.target_position is None:
-            return 0
-        operation, _ = await believed(
-            self.body.line, lambda: self.body.ask(GetOperatingMode(), lane=Lane.VERIFY), _same_reply
-        )
-        return self.body.configured.position_tolerance if operation.mode == "encoder" else 0
+        async def ask() -> R:
+            return (await self.body.ask(question, lane=Lane.VERIFY))[0]
 
-    async def _begin_to_guard(self, command: RorzeCommand[Any]) -> None:
-        """Let the mark stand before what a loss of power would spoil; without one, look afresh."""
-        power = self.body.power
-        self._needs_proof = power.needs_origin and (needs_place(command) or isinstance(command, OriginSearch))
-        if self._needs_proof and power.mark.text is None:
-            await self.body.mark.ensure(Lane.VERIFY)
-            self.body.told.rest_in_doubt()
-
-    async def _prove_power(self, command: RorzeCommand[Any]) -> None:
-        """Ask for the mark; where there is none, what the motor has just said has to do."""
-        power = self.body.power
-        if self._needs_proof and await self.body.mark.stands(Lane.VERIFY) is not True:
-            await self.body.mark.ensure(Lane.VERIFY)
-        self._power = power.seen
-        self.body.require_power(command)
+        return await believed(self.body.line, ask)
 
     # while it may run
 
@@ -560,10 +546,7 @@ class BodyRun(MoveRun[Move, MotorState]):
         if self.move.command != CentreStallDog.code:  # which finds the nearest dog, wherever that is
             self.body.power.found_origin()
         with suppress(GatewayError):
-            told, _ = await believed(
-                self.body.line, lambda: self.body.ask(GetHomingDistance(), lane=Lane.VERIFY), _same_reply
-            )
-            self.move.homing_distance = told.pulses
+            self.move.homing_distance = (await self._believed(GetHomingDistance())).pulses
 
     def _unseen(self) -> Found:
         """The finding about a motor out of sight, by the last sign of it."""

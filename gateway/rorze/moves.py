@@ -15,10 +15,11 @@ from gateway.core.origin import new_id
 from gateway.rorze.asked_body import believed
 from gateway.rorze.bodies import Body, Group, R, idle_bodies_of
 from gateway.rorze.knowledge import MotorState
-from gateway.rorze.move_proof import BodyRun, SharedWay
+from gateway.rorze.move_proof import BodyRun
 from gateway.rorze.plans import Planned
 from gateway.rorze.power import ProofTooOld
 from gateway.rorze.samples import BodyTrajectory
+from gateway.rorze.starts import SharedWay
 from protocols.rorze.interpolation import (
     GetDrivenAxis,
     GetStartPosition,

@@ -395,22 +395,30 @@ async def crossed_of(body: Body, limits: Bounds, target: int) -> CrossedLimit | 
 
 async def target_of(body: Body, command: RorzeCommand[Any], start: int, lane: Lane = Lane.READ) -> int | None:
     """Where the command should bring the motor, as far as it can be known beforehand."""
+    entry = entry_in(command)
+    reply = None if entry is None else await body.ask(GetPositionEntry(entry=entry), lane=lane)
+    return target_from(command, start, None if reply is None else reply[0].pulses)
+
+
+def entry_in(command: RorzeCommand[Any]) -> PositionReference | None:
+    """The entry of the position table in a motion command, whose pulses it can be asked for."""
+    value = _amount_in(command)
+    return value if isinstance(value, PositionReference) and isinstance(value.position, int) else None
+
+
+def target_from(command: RorzeCommand[Any], start: int, entry: int | None) -> int | None:
+    """Where the command should bring the motor from `start`, in pulses; `entry` are those of its entry."""
+    value = _amount_in(command)
+    amount = value if isinstance(value, int) else entry
+    if amount is None or isinstance(command, AbsoluteMove):
+        return amount
+    return start + amount if isinstance(command, MoveClockwise | MoveClockwiseSlowly) else start - amount
+
+
+def _amount_in(command: RorzeCommand[Any]) -> int | PositionReference | str | None:
     if isinstance(command, RelativeMove):
-        amount = await _amount(body, command.distance, lane)
-        sign = 1 if isinstance(command, MoveClockwise | MoveClockwiseSlowly) else -1
-        return None if amount is None else start + sign * amount
-    if isinstance(command, AbsoluteMove):
-        return await _amount(body, command.position, lane)
-    return None
-
-
-async def _amount(body: Body, value: int | PositionReference | str, lane: Lane) -> int | None:
-    if isinstance(value, int):
-        return value
-    if isinstance(value, PositionReference) and isinstance(value.position, int):
-        reply, _ = await body.ask(GetPositionEntry(entry=value), lane=lane)
-        return reply.pulses
-    return None
+        return command.distance
+    return command.position if isinstance(command, AbsoluteMove) else None
 
 
 async def trajectory_of(

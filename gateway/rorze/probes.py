@@ -4,14 +4,17 @@ import asyncio
 from collections.abc import AsyncIterator, Callable, Iterable, Mapping, Sequence
 from contextlib import asynccontextmanager, nullcontext, suppress
 from math import ceil, inf
-from typing import NamedTuple, cast
+from typing import NamedTuple, Protocol, cast
 
 from gateway.core.errors import ControllerRefused, GatewayError, NoReply
+from gateway.core.events import EventHub
 from gateway.core.exchange import Lane
 from gateway.core.line_state import LineState
+from gateway.core.stops import CONFIRM_WITHIN_S
 from gateway.rorze.bodies import STATUS, Body, Group, R
 from gateway.rorze.errors import is_evasive
 from gateway.rorze.line import Line
+from gateway.rorze.session import SILENT_BODIES
 from protocols.rorze.link_master import MOST_MEMBERS
 from protocols.rorze.row import RorzeCommand
 from protocols.table import Reply
@@ -369,3 +372,136 @@ async def _ask_alone(body: Body, command: RorzeCommand[R], lane: Lane) -> SweepA
 
 def _now() -> float:
     return asyncio.get_running_loop().time()
+
+
+# lines on which many stops are not confirmed
+
+QUIET_TIMEOUTS = 2
+"""Timeouts of a reply without an answer after which a line is silent, where many stops are due."""
+MORE_THAN_A_FUSE = 12
+"""Bodies that fall silent at once and do not hang on one fuse."""
+CHECK_S = 0.5
+"""A silent line is listened to this often."""
+PROOF_BYTES, PROOF_EXCHANGES = 140, 6
+"""Bytes and exchanges that stop a body and its program and see it stand, with all replies."""
+
+
+def proofs_s(line: Line, stops: int) -> float:
+    """Time to stop a number of bodies and to see them stand, in seconds."""
+    return stops * taken_s(line, PROOF_BYTES, PROOF_EXCHANGES)
+
+
+def is_silent(line: Line) -> bool:
+    """True if no body on a line has been heard for longer than it takes to find one silent."""
+    return _quiet_timeouts(line) >= QUIET_TIMEOUTS + line.late_reply_s / line.reply_timeout_s
+
+
+def is_heard(line: Line) -> bool:
+    """True if a body on a line was heard within the time of a reply."""
+    return _quiet_timeouts(line) <= 1
+
+
+def is_quiet(line: Line) -> bool:
+    """True if no body on a line was heard for long enough that the line may be silent."""
+    return _quiet_timeouts(line) >= QUIET_TIMEOUTS
+
+
+def _quiet_timeouts(line: Line) -> float:
+    """Time since the last answer on a line, in timeouts of a reply."""
+    now = _now()
+    return (now - line.presence.last_heard_at - line.held_since_heard_s(now)) / line.reply_timeout_s
+
+
+def _now() -> float:
+    return asyncio.get_running_loop().time()
+
+
+class StopOnLine(Protocol):
+    """The stop of a body, as far as the silence of its line is concerned."""
+
+    body: Body
+
+    @property
+    def began_at(self) -> float:
+        """Time when it was asked for, on the event loop's clock."""
+
+    def is_late(self) -> bool:
+        """True if the motor should stand by now."""
+
+    def is_due(self) -> bool:
+        """True if it was to be confirmed by now."""
+
+    def publish(self, what: str, /) -> None:
+        """Tell everybody how far it has come."""
+
+
+class SilentLines:
+    """The silent lines on which stops are not confirmed.
+
+    While a line is told, its bodies need no alarms of their own. When it has been heard for long enough,
+    each stop that is not confirmed even then is told again, as one of its body.
+    """
+
+    def __init__(self, events: EventHub, stops_on: Callable[[Line], Sequence[StopOnLine]]) -> None:
+        self._events = events
+        self._stops_on = stops_on
+        self._told: set[asyncio.Task[None]] = set()
+
+    def may_be(self, line: Line) -> bool:
+        """True if it will be known in a moment if a line with many stops is silent."""
+        if is_heard(line) or is_silent(line):
+            return False
+        if self._many_are_due(line):
+            return not is_quiet(line)
+        return sum(stop.is_late() for stop in self._stops_on(line)) > MORE_THAN_A_FUSE
+
+    def note_overdue(self, line: Line) -> None:
+        """A stop on this line is not confirmed in time: tell the line where that is the cause."""
+        if line.tells_of_stops or not is_quiet(line) or not self._many_are_due(line):
+            return
+        line.tells_of_stops = True
+        listening = asyncio.create_task(self._listen(line), name=f"silent line {line.id}")
+        self._told.add(listening)
+        listening.add_done_callback(self._told.discard)
+        stops = self._stops_on(line)
+        bodies = list(dict.fromkeys(stop.body.address for stop in stops))
+        silent_since = max(line.presence.last_heard_at, min(stop.began_at for stop in stops))
+        facts = {"silent_s": round(_now() - silent_since, 1), "stops": len(bodies), "bodies": bodies}
+        self._events.publish("line.stops.unconfirmed", f"/lines/{line.id}", facts)
+
+    def _many_are_due(self, line: Line) -> bool:
+        """True if enough stops are due that their line is the cause, and not a fuse.
+
+        Where others live, who are not asked while the silent are fenced, it takes more of them to say so.
+        """
+        due = {stop.body.number for stop in self._stops_on(line) if stop.is_due()}
+        others_live = not set(line.bodies) <= due | line.presence.silent | line.presence.mute
+        return len(due) >= (MORE_THAN_A_FUSE if others_live else SILENT_BODIES)
+
+    async def close(self) -> None:
+        """Listen no longer."""
+        listening = list(self._told)
+        for task in listening:
+            task.cancel()
+        await asyncio.gather(*listening, return_exceptions=True)
+
+    async def _listen(self, line: Line) -> None:
+        try:
+            await self._heard_for_long(line)
+        finally:
+            line.tells_of_stops = False
+        for stop in self._stops_on(line):
+            if stop.is_due():
+                stop.publish("unconfirmed")
+
+    async def _heard_for_long(self, line: Line) -> None:
+        """Wait until its bodies had the time to confirm their stops, or all have."""
+        told_at, heard_since, most = _now(), inf, 0
+        while stops := self._stops_on(line):
+            most = max(most, len(stops))
+            if line.presence.last_heard_at > told_at:
+                heard_since = min(heard_since, _now())
+            fenced_s = 2 * line.late_reply_s  # for one that does not come back, between stops
+            if _now() - heard_since >= fenced_s + max(CONFIRM_WITHIN_S, proofs_s(line, most)):
+                return
+            await asyncio.sleep(CHECK_S)

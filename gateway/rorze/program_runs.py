@@ -11,7 +11,7 @@ from pydantic import Field
 from gateway.core.errors import BodyBusy, ControllerRefused, GatewayError, NoReply, NotFound
 from gateway.core.origin import RESTART, acting, new_id
 from gateway.core.records import Record, request_id_field
-from gateway.core.supervisor import supervised
+from gateway.core.supervisor import supervise
 from gateway.core.works import CutOff, DurableJobs
 from gateway.rorze.bodies import Body
 from gateway.rorze.body_states import BodyNews
@@ -212,8 +212,11 @@ class ProgramRuns(DurableJobs[ProgramRun]):
         self, body: Body, run: ProgramRun, follow: Callable[[Body, ProgramRun], Coroutine[Any, Any, None]]
     ) -> None:
         """Follow a run to its end, after a fault of the gateway itself, too: that is merely asking."""
-        following = supervised(f"the watch over the program of {body.address}", partial(follow, body, run))
-        self.begin(run, following, "program run")
+
+        async def following() -> None:
+            await supervise(f"the watch over the program of {body.address}", partial(follow, body, run))
+
+        self.begin(run, following(), "program run")
 
     async def _follow(self, body: Body, run: ProgramRun) -> None:
         """Ask until the program has ended; one that cannot be asked is asked on."""

@@ -33,8 +33,17 @@ from gateway.rorze.body_states import BodyNews
 from gateway.rorze.knowledge import PROGRAM_RUNS
 from gateway.rorze.line import Line
 from gateway.rorze.plans import longest_ramp_s
-from gateway.rorze.probes import Sweep, is_prompt, taken_s, wire_s
-from gateway.rorze.session import SILENT_BODIES, Answered, Outcome
+from gateway.rorze.probes import (
+    SilentLines,
+    Sweep,
+    is_heard,
+    is_prompt,
+    is_quiet,
+    is_silent,
+    proofs_s,
+    wire_s,
+)
+from gateway.rorze.session import Answered, Outcome
 from gateway.texts import Text, text
 from protocols.rorze.position import GetPosition
 from protocols.rorze.profile import ProfileError
@@ -42,118 +51,6 @@ from protocols.rorze.programs import EndProgram, GetProgramStatus
 from protocols.rorze.row import RorzeCommand
 from protocols.rorze.status import GetControllerStatus
 from protocols.rorze.stops import StopDecelerating, StopImmediately
-
-QUIET_TIMEOUTS = 2
-"""Timeouts of a reply without an answer after which a line is silent, where many stops are due."""
-MORE_THAN_A_FUSE = 12
-"""Bodies that fall silent at once and do not hang on one fuse."""
-CHECK_S = 0.5
-"""A silent line is listened to this often."""
-PROOF_BYTES, PROOF_EXCHANGES = 140, 6
-"""Bytes and exchanges that stop a body and its program and see it stand, with all replies."""
-
-
-def proofs_s(line: Line, stops: int) -> float:
-    """Time to stop a number of bodies and to see them stand, in seconds."""
-    return stops * taken_s(line, PROOF_BYTES, PROOF_EXCHANGES)
-
-
-def is_silent(line: Line) -> bool:
-    """True if no body on a line has been heard for longer than it takes to find one silent."""
-    return _quiet_timeouts(line) >= QUIET_TIMEOUTS + line.late_reply_s / line.reply_timeout_s
-
-
-def is_heard(line: Line) -> bool:
-    """True if a body on a line was heard within the time of a reply."""
-    return _quiet_timeouts(line) <= 1
-
-
-def is_quiet(line: Line) -> bool:
-    """True if no body on a line was heard for long enough that the line may be silent."""
-    return _quiet_timeouts(line) >= QUIET_TIMEOUTS
-
-
-def _quiet_timeouts(line: Line) -> float:
-    """Time since the last answer on a line, in timeouts of a reply."""
-    now = _now()
-    return (now - line.presence.last_heard_at - line.held_since_heard_s(now)) / line.reply_timeout_s
-
-
-def _now() -> float:
-    return asyncio.get_running_loop().time()
-
-
-class SilentLines:
-    """The silent lines on which stops are not confirmed.
-
-    While a line is told, its bodies need no alarms of their own. When it has been heard for long enough,
-    each stop that is not confirmed even then is told again, as one of its body.
-    """
-
-    def __init__(self, events: EventHub, stops_on: "Callable[[Line], Sequence[_BodyStop]]") -> None:
-        self._events = events
-        self._stops_on = stops_on
-        self._told: set[asyncio.Task[None]] = set()
-
-    def may_be(self, line: Line) -> bool:
-        """True if it will be known in a moment if a line with many stops is silent."""
-        if is_heard(line) or is_silent(line):
-            return False
-        if self._many_are_due(line):
-            return not is_quiet(line)
-        return sum(stop.is_late() for stop in self._stops_on(line)) > MORE_THAN_A_FUSE
-
-    def note_overdue(self, line: Line) -> None:
-        """A stop on this line is not confirmed in time: tell the line where that is the cause."""
-        if line.tells_of_stops or not is_quiet(line) or not self._many_are_due(line):
-            return
-        line.tells_of_stops = True
-        listening = asyncio.create_task(self._listen(line), name=f"silent line {line.id}")
-        self._told.add(listening)
-        listening.add_done_callback(self._told.discard)
-        stops = self._stops_on(line)
-        bodies = list(dict.fromkeys(stop.body.address for stop in stops))
-        silent_since = max(line.presence.last_heard_at, min(stop.began_at for stop in stops))
-        facts = {"silent_s": round(_now() - silent_since, 1), "stops": len(bodies), "bodies": bodies}
-        self._events.publish("line.stops.unconfirmed", f"/lines/{line.id}", facts)
-
-    def _many_are_due(self, line: Line) -> bool:
-        """True if enough stops are due that their line is the cause, and not a fuse.
-
-        Where others live, who are not asked while the silent are fenced, it takes more of them to say so.
-        """
-        due = {stop.body.number for stop in self._stops_on(line) if stop.is_due()}
-        others_live = not set(line.bodies) <= due | line.presence.silent | line.presence.mute
-        return len(due) >= (MORE_THAN_A_FUSE if others_live else SILENT_BODIES)
-
-    async def close(self) -> None:
-        """Listen no longer."""
-        listening = list(self._told)
-        for task in listening:
-            task.cancel()
-        await asyncio.gather(*listening, return_exceptions=True)
-
-    async def _listen(self, line: Line) -> None:
-        try:
-            await self._heard_for_long(line)
-        finally:
-            line.tells_of_stops = False
-        for stop in self._stops_on(line):
-            if stop.is_due():
-                stop.publish("unconfirmed")
-
-    async def _heard_for_long(self, line: Line) -> None:
-        """Wait until its bodies had the time to confirm their stops, or all have."""
-        told_at, heard_since, most = _now(), inf, 0
-        while stops := self._stops_on(line):
-            most = max(most, len(stops))
-            if line.presence.last_heard_at > told_at:
-                heard_since = min(heard_since, _now())
-            fenced_s = 2 * line.late_reply_s  # for one that does not come back, between stops
-            if _now() - heard_since >= fenced_s + max(CONFIRM_WITHIN_S, proofs_s(line, most)):
-                return
-            await asyncio.sleep(CHECK_S)
-
 
 ATTEMPT_FRAMES = 2
 """An attempt to stop a body that does not answer: the stop, and the end of the program."""
@@ -205,7 +102,7 @@ class Stops(StopsUnderWay[tuple[Body, StopMode], "_BodyStop"]):
         The result comes when all stand still, or after two seconds with what is known then. A fault of the
         gateway itself at one body keeps no other from its stop.
         """
-        running = self._begun(partial(self._plan, list(bodies), mode))
+        running = self._begun(self._plan(list(bodies), mode))
         return asyncio.create_task(self._report(running), name="stop report")
 
     def _plan(self, bodies: Sequence[Body], mode: StopMode) -> StopPlan[tuple[Body, StopMode]]:
@@ -287,9 +184,12 @@ class Stops(StopsUnderWay[tuple[Body, StopMode], "_BodyStop"]):
         body.line.forbid({body.number, *(group.number for group in self._groups_of(body))})
 
     def _begin_new(self, body: Body, mode: StopMode) -> None:
-        stop = _BodyStop(
-            body, mode, self._events, self._sweep_of(body.line), self._company_of, self._silent_lines
-        )
+
+        def tell(news: str, data: dict[str, Any]) -> None:
+            self._events.publish(f"body.{news}", f"/bodies/{body.address}", data)
+
+        sweep = self._sweep_of(body.line)
+        stop = _BodyStop(body, mode, tell, sweep, self._company_of, self._silent_lines)
         self._begin((body, mode), stop, f"the stop of {body.address}", partial(self.on_begin, body))
 
     def _count(self, stop: "_BodyStop") -> None:
@@ -326,8 +226,6 @@ class Stops(StopsUnderWay[tuple[Body, StopMode], "_BodyStop"]):
 class _Look(NamedTuple):
     """The last look at a motor that is being stopped."""
 
-    why: Text | None
-    """Why it does not prove standstill; None: it does."""
     refuted_at: float | None = None
     """The age of the stop at a look that has seen the motor move; endless where it told nothing."""
     runs: bool = False
@@ -348,18 +246,17 @@ class _BodyStop(Stopping):
         self,
         body: Body,
         mode: StopMode,
-        events: EventHub,
+        tell: Callable[[str, dict[str, Any]], object],
         sweep: Sweep,
         company_of: Callable[[Body], list[Body]],
         silent_lines: SilentLines,
     ) -> None:
-        super().__init__(mode, StopReport(body_id=body.address), body.line)
+        super().__init__(mode, StopReport(body_id=body.address), body.line, tell)
         self.body = body
         self._sweep, self._company_of, self._silent_lines = sweep, company_of, silent_lines
         self._most = 1
         """The most stops at a time that its line has had beside it, with it."""
         self.silent_after_s = max(REPEAT_S, body.line.reply_timeout_s)
-        self._events = events
         self._stopped_in = Lane.STOP
         self._end: asyncio.Future[Outcome] | None = None
         """The end of the program."""
@@ -367,7 +264,8 @@ class _BodyStop(Stopping):
         """False if the body may be dead: others need not wait for it."""
         self._ramp: asyncio.Task[None] | None = None
         """Asks how long its ramp may take."""
-        self._look = _Look(text("stops.motor-has-not-told", body=body.address))
+        self._look = _Look()
+        self._reasons = self._not_told = (text("stops.motor-has-not-told", body=body.address),)
         self.tell()
 
     # sending
@@ -392,7 +290,7 @@ class _BodyStop(Stopping):
             return
         self._answers = not isinstance(outcome, NoReply)
         if not self._answers:
-            self._look = self._look._replace(why=text("stops.body-silent", body=self.body.address))
+            self._reasons = (text("stops.body-silent", body=self.body.address),)
             self.tell()
         if isinstance(outcome, Answered):
             self.note_acknowledged()
@@ -446,8 +344,8 @@ class _BodyStop(Stopping):
 
     # seeing
 
-    async def stands_still(self) -> bool:
-        """True if the status says so twice, and no program runs that could move the motor again.
+    async def _see(self) -> Sequence[Text]:
+        """Ask for the status, twice, and whether a program runs that could move the motor again.
 
         On a line of many, one that was seen at rest and was told nothing since has said so once already.
         """
@@ -455,20 +353,19 @@ class _BodyStop(Stopping):
         await _over(self._stop)
         await _over(self._end)
         if self.body.line.is_asked_later(self.body.number):
-            return False
+            return self._reasons or self._not_told
         asked_at = self.waited_s
         try:
             why = await self._why_not_still()
         except GatewayError as error:
             why = standstill_unknown(text("stops.the-motor", body=self.body.address), error)
-            self._look = _Look(why, inf if is_heard(self.body.line) else None)
+            self._look = _Look(inf if is_heard(self.body.line) else None)
         else:
             self._answers = True
-            self._look = _Look(why, None if why is None else asked_at, why is NOT_AT_REST)
+            self._look = _Look(None if why is None else asked_at, why is NOT_AT_REST)
         if self.asks_for_ramp() and (self._ramp is None or self._ramp.done()):
             self._ramp = asyncio.create_task(self._learn_ramp(), name=f"ramp of {self.body.address}")
-        self.tell()
-        return self._look.why is None
+        return () if why is None else (why,)
 
     async def _learn_ramp(self) -> None:
         """Ask how long its ramp may take, beside the proofs; what it does not tell is asked again."""
@@ -575,15 +472,11 @@ class _BodyStop(Stopping):
 
     # telling
 
-    def why_not(self) -> list[Text]:
-        """The controller's answer, or why it has not answered."""
-        return [self._look.why] if self._look.why else []
-
-    def publish(self, what: str) -> None:
-        """Tell everybody how far it has come."""
+    def publish(self, what: str, **more: str) -> None:
+        """Tell everybody how far it has come; where the whole line is silent, that is told first."""
         if what == "unconfirmed":
             self._silent_lines.note_overdue(self.body.line)
-        self._events.publish(f"body.stop.{what}", f"/bodies/{self.body.address}", self.report.model_dump())
+        super().publish(what, **more)
 
 
 async def _move_recorded(body: Body) -> None:

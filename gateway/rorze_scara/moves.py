@@ -22,14 +22,15 @@ from gateway.core.exchange import Lane
 from gateway.core.move_record import RESTARTED, Move, MoveStatus
 from gateway.core.move_runs import Found, Motion, MoveRun, MoveRuns, found
 from gateway.core.origin import new_id
-from gateway.core.supervisor import supervised
+from gateway.core.supervisor import Deed, supervise
 from gateway.core.times import happens
 from gateway.core.verdicts import Unwatched, VerdictWords, worst_of
 from gateway.rorze.bodies import Body, Group, idle_bodies_of
 from gateway.rorze.knowledge import PULSES_RUNNING
-from gateway.rorze.move_proof import MOTION_ERRORS, SharedWay
+from gateway.rorze.move_proof import MOTION_ERRORS
 from gateway.rorze.moves import Moves
 from gateway.rorze.samples import samples_of
+from gateway.rorze.starts import SharedWay
 from gateway.rorze.stops import Stops
 from gateway.rorze_scara.geometry import GeometryDiffers
 from gateway.rorze_scara.paths import PathsDiffer
@@ -84,10 +85,10 @@ class ScaraRun(MoveRun[ScaraMove, "ScaraRun"]):
 
     # the robot
 
-    def _free(self) -> None:
+    def _free(self) -> tuple[Deed, ...]:
         self._keeper.forget(self)
-        if self.scara.move is self.move:  # one of other bodies was never claimed
-            super()._free()
+        is_claimed = self.scara.move is self.move  # one of other bodies was never claimed
+        return super()._free() if is_claimed else ()
 
     def _lose(self, _why: str, /) -> None:
         """Stop the axes that may move, since their ends can no longer be coordinated."""
@@ -144,7 +145,7 @@ class ScaraRun(MoveRun[ScaraMove, "ScaraRun"]):
         with ExitStack() as watched:
             for body in self._errors:
                 watched.enter_context(body.motion.watched_as_a_whole())
-            await supervised(f"the watch of {self.move.id}", self._watch)
+            await supervise(f"the watch of {self.move.id}", self._watch)
         for body in self.moves:
             await body.motion.free.wait()
         return self

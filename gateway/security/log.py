@@ -12,6 +12,7 @@ from typing import Any, Final
 
 from gateway.access import principal
 from gateway.core.origin import GATEWAY, Origin, current
+from gateway.core.supervisor import FaultsTo
 from gateway.security import entries
 from gateway.security.chain import Chain, Draft, draft, newest
 from gateway.security.entries import Entry, EntryType
@@ -178,18 +179,16 @@ class SecurityLog:
         """Write all that waits, each time what has gathered meanwhile; a disk in trouble is tried again."""
         while self._backlog.waiting:
             batch, lost = self._backlog.batch()
-            try:
+            with FaultsTo(self._in_trouble):  # whatever it is, the next attempt may succeed
                 lines = await asyncio.to_thread(chain.append, batch)
-            except Exception as error:  # whatever it is, the next attempt may succeed
-                self._in_trouble(error)
-                if self._closed:
-                    return
-                await asyncio.sleep(AGAIN_S)
+                self._backlog.is_written(batch, lost)
+                self._out_of_trouble()
+                self.on_written(lines)
+                await self._forget(chain)
                 continue
-            self._backlog.is_written(batch, lost)
-            self._out_of_trouble()
-            self.on_written(lines)
-            await self._forget(chain)
+            if self._closed:
+                return
+            await asyncio.sleep(AGAIN_S)
 
     async def _forget(self, chain: Chain) -> None:
         now = self._clock()

@@ -117,11 +117,11 @@ def repeat_unasked(patch: Patch) -> None:
 
 
 def stops_without_proof(patch: Patch) -> None:
-    patch.setattr(_BodyStop, "stands_still", _true)
+    patch.setattr(_BodyStop, "_stands_still", _true)
 
 
 def stops_of_robots_without_proof(patch: Patch) -> None:
-    patch.setattr(_RobotStop, "stands_still", _true)
+    patch.setattr(_RobotStop, "_stands_still", _true)
 
 
 def no_intents(patch: Patch) -> None:

@@ -128,7 +128,6 @@ async def test_one_jog_that_a_fault_meets_keeps_no_other_from_being_stopped(
         for body in it.plant.bodies():
             await jogs.start(body, BodyJogRequest(direction="cw"))
         fail_once(monkeypatch, (BodyJogs, "_see_to"))
-        with pytest.raises(ZeroDivisionError):
-            jogs.end_all(JogNews.MISSED)
+        jogs.end_all(JogNews.MISSED)
         await asyncio.sleep(0.4)
         assert not any(axis.motor.moving for axis in it.machine.axes.values())

@@ -17,6 +17,7 @@ from gateway.core.errors import NotSent
 from gateway.core.journal import writes
 from gateway.core.journal.disk import Disk, DiskFailed, NotWritable
 from gateway.core.journal.writes import Retention, Value, Write, forget
+from gateway.core.supervisor import FaultsTo
 
 log = logging.getLogger(__name__)
 
@@ -206,14 +207,13 @@ class Writer:
 
     def _attempt(self, *deeds: Callable[[], None]) -> OSError | None:
         """Do something with the disk; whatever is unforeseen there is the disk's failure."""
-        try:
-            for deed in deeds:
-                deed()
-        except NotWritable as error:
-            return error
-        except Exception as fault:  # a thread that ended would leave everybody waiting
-            return self._distrust(fault)
-        return None
+        with FaultsTo(self._distrust):  # a thread that ended would leave everybody waiting
+            try:
+                for deed in deeds:
+                    deed()
+            except NotWritable as error:
+                return error
+        return self.failure
 
     def _distrust(self, fault: Exception) -> DiskFailed:
         """Trust the file no more, whatever happened to it."""
@@ -230,12 +230,8 @@ class Writer:
 
     def _answer(self, question: JournalQuestion) -> None:
         call = question.answer.get_loop().call_soon_threadsafe
-        try:
-            rows = self.disk.rows(question.sql, question.values)
-        except Exception as error:  # it belongs to the caller
-            call(_fail, question.answer, error)
-        else:
-            call(_give, question.answer, rows)
+        with FaultsTo(lambda fault: call(_fail, question.answer, fault)):  # it belongs to the caller
+            call(_give, question.answer, self.disk.rows(question.sql, question.values))
 
     def look(self) -> None:
         """Sync, forget what is old, try again after trouble, and see that the file is there."""

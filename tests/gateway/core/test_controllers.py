@@ -14,7 +14,7 @@ from gateway.core.events import EventHub
 from gateway.core.family import ENDS_ITSELF, NOT_OURS, MayMove, Site
 from gateway.core.jogs import JogNews
 from gateway.core.parts import Part
-from gateway.core.supervisor import Deed, do_in_turn
+from gateway.core.supervisor import Deed, do_each, do_in_turn
 from tests.plants import in_virtual_time
 
 
@@ -97,9 +97,9 @@ async def test_at_the_end_jogs_end_always_and_what_moves_is_stopped_where_everyt
     still, moving, elsewhere = Thing("a"), Thing("b", moving=True), Thing("c", moving=True)
     things = Things(still, moving, elsewhere)
     within = [Part("line-a", "a"), Part("line-b", "b")]
-    assert things.end_motion(everything=False, within=within) == []
+    assert len(do_each("the end", *things.end_motion(everything=False, within=within))) == 2
     assert [it.done for it in things.every()] == [[JogNews.CLOSING], [JogNews.CLOSING], []]
-    assert len(things.end_motion(everything=True, within=within)) == 1
+    assert len(do_each("the end", *things.end_motion(everything=True, within=within))) == 3
     assert moving.done == [JogNews.CLOSING, JogNews.CLOSING, "decelerate"]
     await things.at_rest()
     assert still.done[-3:] == ["settled", "confirmed", "begun"]

@@ -2,7 +2,7 @@
 
 import asyncio
 from collections.abc import Callable, Sequence
-from typing import Any, cast
+from typing import Any, Final, cast
 
 import pytest
 
@@ -40,12 +40,16 @@ class ScriptedLine:
         return min(at, self.seconds_held)
 
 
+MOVES: Final = (Text("It moves.", "動いています。"),)
+
+
 class Scripted(Stopping):
     """A stop of something that stands still when a test says so."""
 
     def __init__(self, mode: StopMode = "immediate", proof_takes_s: float = 0.0) -> None:
         self.line = ScriptedLine()
-        super().__init__(mode, StopReport(body_id="line1.3F"), cast("Any", self.line))
+        super().__init__(mode, StopReport(body_id="line1.3F"), cast("Any", self.line), self._note_news)
+        self._reasons = MOVES
         self.proof_takes_s = proof_takes_s
         self.still = False
         self.submitted_at: list[float] = []
@@ -58,15 +62,12 @@ class Scripted(Stopping):
             raise self.refusal
         return asyncio.get_running_loop().create_future()
 
-    async def stands_still(self) -> bool:
+    async def _see(self) -> Sequence[Text]:
         await asyncio.sleep(self.proof_takes_s)
-        return self.still
+        return () if self.still else MOVES
 
-    def why_not(self) -> list[Text]:
-        return [Text("It moves.", "動いています。")]
-
-    def publish(self, what: str) -> None:
-        self.published.append((what, self.report.detail))
+    def _note_news(self, news: str, data: dict[str, Any]) -> None:
+        self.published.append((news.removeprefix("stop."), data["detail"]))
 
     def submitted(self, since: float, until: float) -> list[float]:
         """When it was submitted in a part of its time."""

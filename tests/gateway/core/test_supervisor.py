@@ -10,13 +10,12 @@ from gateway.core.errors import NotFound
 from gateway.core.supervisor import (
     AGAIN_S,
     WELL_S,
+    FaultsTo,
     Observers,
     do_each,
     do_in_turn,
     insist,
     supervise,
-    supervised,
-    twice,
 )
 from tests.plants import in_virtual_time
 
@@ -30,7 +29,7 @@ async def test_work_is_begun_again_until_it_comes_to_its_end() -> None:
         if len(begun) < 4:
             raise ZeroDivisionError
 
-    await supervised("the work", work)
+    await supervise("the work", work)
     assert begun == [0.0, 0.5, 1.5, 3.5]
 
 
@@ -46,7 +45,7 @@ async def test_what_has_gone_on_well_is_begun_again_at_once() -> None:
             await asyncio.sleep(WELL_S + 1)
         raise ZeroDivisionError
 
-    await supervised("the work", work)
+    await supervise("the work", work)
     pauses = [later - earlier for earlier, later in pairwise(begun)]
     assert pauses[6] == AGAIN_S[1]
     assert pauses[7] == WELL_S + 1 + AGAIN_S[0]
@@ -68,6 +67,26 @@ async def test_what_follows_a_task_is_done_however_the_task_ends() -> None:
 
 
 @in_virtual_time
+async def test_work_that_is_waited_for_ends_with_the_one_who_waits() -> None:
+    ends: list[str] = []
+
+    async def work() -> None:
+        try:
+            await asyncio.sleep(60)
+        finally:
+            ends.append("work")
+
+    async def owner() -> None:
+        await supervise("the work", work)
+
+    owning = asyncio.create_task(owner())
+    await asyncio.sleep(1)
+    owning.cancel()
+    await asyncio.gather(owning, return_exceptions=True)
+    assert ends == ["work"]
+
+
+@in_virtual_time
 async def test_a_deed_is_done_again_at_once_and_then_until_it_is_done() -> None:
     done_at: list[float] = []
 
@@ -81,6 +100,18 @@ async def test_a_deed_is_done_again_at_once_and_then_until_it_is_done() -> None:
     assert done_at == pytest.approx([0.0, 0.0, 0.05, 0.15, 0.35])
 
 
+def test_a_deed_that_names_others_has_them_insisted_on_each_for_itself() -> None:
+    done: list[str] = []
+
+    def fail_once(name: str) -> None:
+        done.append(name)
+        if done.count(name) == 1:
+            raise ZeroDivisionError
+
+    insist("the deeds", lambda: (partial(fail_once, "a"), partial(done.append, "b")), lambda: ("no", "deeds"))
+    assert done == ["a", "a", "b"]
+
+
 def test_what_gives_a_result_is_done_twice_and_a_refusal_is_no_fault() -> None:
     outcomes: list[Exception | str] = [ZeroDivisionError(), "done", NotFound("There is none."), "never"]
 
@@ -90,9 +121,9 @@ def test_what_gives_a_result_is_done_twice_and_a_refusal_is_no_fault() -> None:
             raise outcome
         return outcome
 
-    assert twice("the deed", deed) == "done"
+    assert do_each("the deed", deed).or_raise() == ["done"]
     with pytest.raises(NotFound):
-        twice("the deed", deed)
+        do_each("the deed", deed).or_raise()
     assert outcomes == ["never"]
 
 
@@ -138,3 +169,15 @@ def test_an_observer_that_meets_a_fault_keeps_no_other_from_the_news() -> None:
     observers += [told.append, fail, told.append]
     observers("up")
     assert told == ["up", "up"]
+
+
+def test_a_fault_becomes_a_result_and_the_end_of_a_task_passes() -> None:
+    told: list[Exception] = []
+    survived = FaultsTo(told.append)
+    with survived:
+        raise ZeroDivisionError
+    with survived:
+        pass
+    assert [type(fault) for fault in told] == [ZeroDivisionError]
+    with pytest.raises(asyncio.CancelledError), survived:
+        raise asyncio.CancelledError
