@@ -13,12 +13,7 @@ from gateway.core.exchange import Lane
 from gateway.core.move_log import Trajectory
 from gateway.core.move_record import CountedIn, Move, MoveStatus
 from gateway.core.targets import Looked
-<<<<<<< HEAD
-from gateway.core.trajectories import Trajectory
 from gateway.rorze.asked_body import believed, counted_in
-=======
-from gateway.rorze.asked_body import believed
->>>>>>> 888a1e98 (Put the ring of events with the hub, trajectories with the log of moves, figures with the log)
 from gateway.rorze.body_states import BodyAction, BodyLife, BodyNews
 from gateway.rorze.config import Events
 from gateway.rorze.errors import refused
