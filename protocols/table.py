@@ -8,8 +8,19 @@ from enum import StrEnum
 from functools import cached_property, lru_cache
 from inspect import getdoc
 from itertools import chain, product
-from types import NoneType, UnionType
-from typing import Annotated, Any, ClassVar, Generic, Self, TypeVar, Union, get_args, get_origin
+from types import GenericAlias, NoneType, UnionType
+from typing import (
+    TYPE_CHECKING,
+    Annotated,
+    Any,
+    ClassVar,
+    Generic,
+    Self,
+    TypeVar,
+    Union,
+    get_args,
+    get_origin,
+)
 
 from pydantic import BaseModel, ConfigDict, ValidationError, model_validator
 
@@ -413,13 +424,20 @@ class Command(Spoken, Generic[R_co]):
     of a binary protocol the whole frames."""
     _reply_type: ClassVar[type[Reply] | None] = None
 
+    if not TYPE_CHECKING:
+
+        def __class_getitem__(cls, reply: object) -> GenericAlias:
+            """Say what is answered; pydantic would make one more class of it, which takes a millisecond."""
+            return GenericAlias(cls, reply)
+
     @classmethod
     def __pydantic_init_subclass__(cls, **keywords: object) -> None:
         """Note the R of `Command[R]`, for this class and its subclasses."""
         super().__pydantic_init_subclass__(**keywords)
-        for argument in cls.__pydantic_generic_metadata__["args"]:
-            if isinstance(argument, type):
-                cls._reply_type = argument
+        for base in cls.__dict__.get("__orig_bases__", ()):
+            for argument in get_args(base):
+                if isinstance(argument, type):
+                    cls._reply_type = argument
 
     @classmethod
     def reply_type(cls) -> type[Reply]:

@@ -10,7 +10,7 @@ from urllib.parse import quote, urlencode
 
 import typer
 
-from app import exits
+from app import exits, words
 from app.charts import FONTS, Panel, PlottedLine, Point, chart
 from app.client import LOCAL, Client, KeyFile, Url
 from app.exits import Failure, Misuse
@@ -35,15 +35,13 @@ def plots() -> None:
     """Each plot is a command of its own."""
 
 
-@plot.command()
+@plot.command(cls=words.WordedCommand)
 def curve(
     body: Annotated[str, typer.Argument(help="Address or name of a body: 3F, LINE.3F, lift.")],
-    pattern: Annotated[
-        int, typer.Argument(min=0, max=30, help="Acceleration pattern; 30 is the standard one.")
-    ],
-    distance: Annotated[float, typer.Option(min=0, help="How far the move goes.")],
+    pattern: Annotated[int, typer.Argument(min=0, max=30, help=words.of("getCurve", "n"))],
+    distance: Annotated[float, typer.Option(min=0, help=words.of("getCurve", "distance"))],
     output: Output,
-    unit: Annotated[str, typer.Option(help="pulse, mm, um, deg or mdeg.")] = "pulse",
+    unit: Annotated[str, typer.Option(help=words.of("getCurve", "unit"))] = "pulse",
     url: Url = LOCAL,
     key_file: KeyFile = None,
 ) -> None:

@@ -5,14 +5,16 @@ from typing import Annotated, Any
 
 import typer
 
-from app import exits
+from app import exits, words
 from app.client import LOCAL, Client, Json, KeyFile, Url
 from app.exits import Failure
 from app.output import json_text
 
 
 def reload(
-    dry_run: Annotated[bool, typer.Option("--dry-run", help="Only say what would change.")] = False,
+    dry_run: Annotated[
+        bool, typer.Option("--dry-run", help=words.of("reloadConfiguration", "dry_run"))
+    ] = False,
     url: Url = LOCAL,
     key_file: KeyFile = None,
     as_json: Json = False,

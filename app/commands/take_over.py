@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from app import exits
+from app import exits, words
 from app.client import LOCAL, Client, Json, KeyFile, Url
 from app.exits import Failure, Misuse
 from app.output import json_text
@@ -15,12 +15,12 @@ READY = ("ready", "out_of_step")
 
 def take_over(
     line: Annotated[str, typer.Argument(help="The id of the line.")],
-    old: Annotated[str, typer.Option("--from", help="The gateway that has had the line.")],
+    old: Annotated[str, typer.Option("--from", help=words.of("takeOverLine", "old"))],
     has_cut: Annotated[
         bool,
         typer.Option(
             "--i-have-cut-the-old-one",
-            help="You have seen to it that the old gateway is off, or cannot reach the terminal server.",
+            help=words.of("takeOverLine", "has_cut"),
         ),
     ] = False,
     url: Url = LOCAL,

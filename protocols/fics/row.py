@@ -4,12 +4,10 @@ from collections.abc import Mapping
 from enum import StrEnum
 from functools import cached_property
 from types import MappingProxyType
-from typing import ClassVar, Final, TypeVar
+from typing import ClassVar, Final
 
 from protocols.members import at_hand
-from protocols.table import Ack, Command, Effect, Reply, Retry
-
-R_co = TypeVar("R_co", bound=Reply, covariant=True)
+from protocols.table import Ack, Command, Effect, R_co, Retry
 
 NAME_LENGTH = 3
 

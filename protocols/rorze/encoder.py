@@ -5,9 +5,9 @@ from typing import Annotated, Literal
 from pydantic import AfterValidator, Field
 
 from protocols.rorze.notation import Digits, Flag, Number, PaddedHundredths, TwoDecimals, Word, two_decimals
-from protocols.rorze.row import OTHER_MODE, Question, R_co, RorzeCommand
+from protocols.rorze.row import OTHER_MODE, Question, RorzeCommand
 from protocols.rorze.stall_sensor import MOVING_ERRORS, SETTING_ERRORS, Enabled, StallError, StepOutSetting
-from protocols.table import Ack, Effect, Reply, Retry
+from protocols.table import Ack, Effect, R_co, Reply, Retry
 
 MULTIPLIER = "Edges counted per encoder line: two or four."
 RATIO = "Motor pulses per encoder count, 1.00-99999.99, at most two decimals."

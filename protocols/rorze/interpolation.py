@@ -18,8 +18,8 @@ from protocols.rorze.notation import (
     Word,
 )
 from protocols.rorze.position import SignedPulses
-from protocols.rorze.row import OTHER_MODE, R_co, RorzeCommand
-from protocols.table import Ack, Effect, Reply, Retry, Wire
+from protocols.rorze.row import OTHER_MODE, RorzeCommand
+from protocols.table import Ack, Effect, R_co, Reply, Retry, Wire
 
 NOT_MOVING = OTHER_MODE | {0x50}
 # The pages list neither a way that is not possible, nor an error output that stands, nor EPS, nor a position

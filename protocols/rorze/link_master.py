@@ -5,8 +5,8 @@ from typing import Annotated, Any
 from pydantic import AfterValidator, Field
 
 from protocols.rorze.notation import Flag, Printable
-from protocols.rorze.row import LinkMasterCommand, R_co
-from protocols.table import Ack, Effect, Reply, Retry, Wire
+from protocols.rorze.row import LinkMasterCommand
+from protocols.table import Ack, Effect, R_co, Reply, Retry, Wire
 
 MEMBER_PATTERN = r"[0-6][0-9A-F]|7[0-7]"
 GROUP_PATTERN = r"8[0-9A-F]|9[0-9A-E]"

@@ -5,8 +5,8 @@ from typing import Annotated
 from pydantic import Field
 
 from protocols.rorze.notation import BILLION, Amount, Number, Slot, Speed, UpTo
-from protocols.rorze.row import R_co, RorzeCommand
-from protocols.table import Ack, Reply, Retry
+from protocols.rorze.row import RorzeCommand
+from protocols.table import Ack, R_co, Reply, Retry
 
 ChangePoint = Annotated[int, Field(ge=0, le=15), Number()]
 AmountValue = Annotated[int, Field(ge=0, lt=BILLION), UpTo(9)]

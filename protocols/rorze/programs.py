@@ -16,8 +16,8 @@ from protocols.rorze.notation import (
     SignedValue,
     Word,
 )
-from protocols.rorze.row import R_co, RorzeCommand
-from protocols.table import Ack, Effect, Reply, Retry, Wire
+from protocols.rorze.row import RorzeCommand
+from protocols.table import Ack, Effect, R_co, Reply, Retry, Wire
 
 LAST_ADDRESS = 6038
 STEPS = LAST_ADDRESS + 1

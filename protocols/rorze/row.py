@@ -3,12 +3,10 @@
 from collections.abc import Mapping
 from functools import cached_property
 from types import MappingProxyType
-from typing import ClassVar, Final, Literal, TypeVar
+from typing import ClassVar, Final, Literal
 
 from protocols.rorze.notation import PositionReference
-from protocols.table import Ack, Command, Effect, Reply, Retry
-
-R_co = TypeVar("R_co", bound=Reply, covariant=True)
+from protocols.table import Ack, Command, Effect, R_co, Retry
 
 LAST_BODY = 0x77
 FIRST_GROUP, LAST_GROUP = 0x80, 0x9E

@@ -5,8 +5,8 @@ from typing import Annotated
 from pydantic import Field
 
 from protocols.rorze.notation import Digits, Number, Slot, Speed
-from protocols.rorze.row import Question, R_co, Setting
-from protocols.table import Reply
+from protocols.rorze.row import Question, Setting
+from protocols.table import R_co, Reply
 
 Percent = Annotated[int, Field(ge=0, le=100), Number()]
 StartSpeed = Annotated[int, Field(ge=1, le=30_000), Number()]

@@ -2,15 +2,14 @@
 
 from binascii import crc_hqx
 from struct import Struct
-from typing import Annotated, Any, ClassVar, Final, NamedTuple, Self, TypeVar
+from typing import Annotated, Any, ClassVar, Final, NamedTuple, Self
 
 from pydantic import Field
 
 from protocols.lines import Garbage
 from protocols.packed import Packed, Packing
-from protocols.table import Ack, Command, Effect, Reply, Retry
+from protocols.table import Ack, Command, Effect, R_co, Reply, Retry
 
-R = TypeVar("R", bound=Reply)
 START, REFUSED, SIZE = 0xA5, 0xFF, 22
 FRAME: Final = Struct(">BHB16s")
 """Start, number of the command, code, and data with zeros behind; two bytes of CRC follow."""
@@ -48,7 +47,7 @@ class Frames:
         return len(self._begun)
 
 
-class ToyCommand(Command[R]):
+class ToyCommand(Command[R_co]):
     """A row of the toy's table; its code is a byte in two digits."""
 
     codec: ClassVar = Packing()
