@@ -88,7 +88,7 @@ async def test_a_robot_that_is_found_is_added_while_the_plant_runs_and_gone_afte
         text = it.file.path.read_text()
         assert text.startswith(before)
         assert f" by everybody.\n# {CELL}: a Fics of version" in text
-        assert "# moves: compare this with its set-up before anything moves." in text
+        assert "# compare this with its set-up before anything moves." in text
         (_, line) = it.file.load().lines
         assert isinstance(line, FicsLine)
         it.file.path.write_text(before)
