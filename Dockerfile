@@ -10,8 +10,10 @@ RUN useradd --system --groups dialout --home-dir /var/lib/motion-gateway --creat
 WORKDIR /opt/motion-gateway
 COPY requirements.txt .
 RUN pip install --require-hashes -r requirements.txt
-COPY . .
-RUN pip install --no-deps --no-build-isolation .
+# The sources; in a release, its wheel.
+ARG SOURCE=.
+COPY ${SOURCE} ./
+RUN pip install --no-deps --no-build-isolation ./${SOURCE}
 
 USER motion-gateway
 WORKDIR /var/lib/motion-gateway

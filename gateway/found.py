@@ -79,8 +79,8 @@ class FoundRobot:
         """Say what the table does not: the names of axes in it are a guess."""
         return (
             f"{self.in_words()}\n"
-            "A robot tells neither the names of its axes nor what they are counted in, nor, in motion,\n"
-            "its units: compare this with its set-up before anything moves."
+            "A robot does not tell the names of its axes, or what they are counted in; in motion no units:\n"
+            "compare this with its set-up before anything moves."
         )
 
     def table(self, taken: set[str]) -> dict[str, Any]:

@@ -13,6 +13,8 @@ DIST = ROOT / "dist"
 BILL = ROOT / "packaging" / "motion-gateway.cdx.json"
 RECIPES = ("Dockerfile", "packaging/compose.yaml", "requirements.txt")
 """Recipes for an image, and for an installation with the tested versions."""
+OF_SOURCES = {"Dockerfile": "ARG SOURCE=.\n", "compose.yaml": "build: ..\n"}
+"""Lines of recipes that name the sources."""
 
 
 def version() -> str:
@@ -31,6 +33,13 @@ def notes(changelog: str, of: str) -> str:
     raise ValueError(f"CHANGELOG.md has neither {of} nor Unreleased")
 
 
+def recipe(name: str, text: str) -> str:
+    """A recipe as it lies in a release: of the image, made of the wheel beside it."""
+    wheel = f"motion_gateway-{version()}-py3-none-any.whl"
+    instead = {"Dockerfile": f"ARG SOURCE={wheel}\n", "compose.yaml": "build: .\n"}
+    return text.replace(OF_SOURCES[name], instead[name]) if name in instead else text
+
+
 def sums(folder: Path) -> str:
     """The SHA-256 of each file, as `sha256sum --check` reads them."""
     files = sorted(file for file in folder.iterdir() if file.is_file())
@@ -47,7 +56,7 @@ def main(node: str, npm: str) -> None:
     _run(node, "node_modules/typescript/bin/tsc", "--project", "tsconfig.build.json", cwd=typescript)
     _run(node, npm, "pack", "--pack-destination", str(DIST), cwd=typescript)
     for file in (BILL, *(ROOT / name for name in RECIPES)):
-        shutil.copy(file, DIST)
+        (DIST / file.name).write_text(recipe(file.name, file.read_text("utf-8")), "utf-8")
     told = notes((ROOT / "CHANGELOG.md").read_text("utf-8"), version())
     (DIST / f"CHANGES-{version()}.md").write_text(told, "utf-8")
     (DIST / "SHA256SUMS").write_text(sums(DIST), "utf-8")

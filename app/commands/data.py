@@ -2,6 +2,7 @@
 
 import os
 import tarfile
+from contextlib import suppress
 from io import BytesIO
 from pathlib import Path
 from shutil import copyfileobj, rmtree
@@ -19,13 +20,13 @@ from gateway.core.journal.disk import FILE, LOCK
 from gateway.security import chain
 
 data = typer.Typer(
-    help="Copy all that a gateway keeps (keys, journal, names, security log), or bring it back.",
+    help="Copy all that a gateway keeps (keys, journal, nightly backups, recordings ..), or bring it back.",
     no_args_is_help=True,
 )
 _PRIVATE_FILE, _PRIVATE_FOLDER = 0o600, 0o700
 _UNCHANGED: Final = "; nothing was changed"
-_NOT_COPIED: Final = (FILE, f"{FILE}-wal", f"{FILE}-shm", LOCK)
-"""The journal is copied by SQLite; who holds it is no matter of a copy."""
+_NOT_COPIED: Final = (FILE, f"{FILE}-wal", f"{FILE}-shm", LOCK, chain.FOLDER)
+"""SQLite copies the journal, the security log is read at one moment, and locks are no part of a copy."""
 
 Kept = Annotated[Path, typer.Argument(help="The file, such as gateway-data.tar.gz.")]
 
@@ -64,18 +65,21 @@ def _write(directory: Path, file: BinaryIO) -> None:
         if (directory / FILE).exists():
             copy = Path(aside) / FILE
             files.backup(directory, copy)
-            _add(archive, FILE, copy.read_bytes())
-        for entry in sorted(directory.iterdir()):
-            if entry.is_file() and not entry.is_symlink() and entry.name not in _NOT_COPIED:
-                _add(archive, entry.name, entry.read_bytes())
-        for name, content in chain.content(directory).items():
-            _add(archive, f"{chain.FOLDER}/{name}", content)
+            with copy.open("rb") as content:
+                _add(archive, FILE, content, copy.stat().st_size)
+        for path in sorted(directory.rglob("*")):
+            within = path.relative_to(directory)
+            if not path.is_symlink() and path.is_file() and within.parts[0] not in _NOT_COPIED:
+                with suppress(FileNotFoundError), path.open("rb") as content:  # it was old enough
+                    _add(archive, str(within), content, os.fstat(content.fileno()).st_size)
+        for name, entries in chain.content(directory).items():
+            _add(archive, f"{chain.FOLDER}/{name}", BytesIO(entries), len(entries))
 
 
-def _add(archive: tarfile.TarFile, name: str, content: bytes) -> None:
+def _add(archive: tarfile.TarFile, name: str, content: BinaryIO, size: int) -> None:
     member = tarfile.TarInfo(name)
-    member.size, member.mode = len(content), _PRIVATE_FILE
-    archive.addfile(member, BytesIO(content))
+    member.size, member.mode = size, _PRIVATE_FILE
+    archive.addfile(member, content)
 
 
 @data.command()

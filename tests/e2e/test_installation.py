@@ -329,7 +329,8 @@ class Image:
     """The image that a Dockerfile's steps make, without an engine: files, settings, installed packages."""
 
     folder: Path
-    base: str = ""
+    sources: Path = ROOT
+    arguments: dict[str, str] = field(default_factory=dict)
     python: str = ""
     user: str = "root"
     users: list[str] = field(default_factory=list)
@@ -345,14 +346,16 @@ class Image:
         return self.folder / "root" / (Path(self.place) / inside).as_posix().lstrip("/")
 
     def step(self, instruction: str, words: str) -> None:
+        for name, value in self.arguments.items():
+            words = words.replace(f"${{{name}}}", value)
         getattr(self, f"_{instruction.lower()}")(words)
 
     def _arg(self, words: str) -> None:
-        self.base = words.removeprefix("BASE=")
+        name, _, value = words.partition("=")
+        self.arguments[name] = value
 
     def _from(self, words: str) -> None:
-        assert words == "${BASE}"
-        self.python = self.base.removeprefix("python:").partition("-")[0]
+        self.python = words.removeprefix("python:").partition("-")[0]
 
     def _env(self, words: str) -> None:
         self.settings |= dict(word.split("=", 1) for word in words.split())
@@ -370,11 +373,11 @@ class Image:
 
     def _copy(self, words: str) -> None:
         source, target = words.split()
-        for file in sorted(context()):
+        for file in sorted(context(self.sources)):
             if source == "." or file.as_posix() == source:
                 copy = self.path(target) / file
                 copy.parent.mkdir(parents=True, exist_ok=True)
-                shutil.copyfile(ROOT / file, copy)
+                shutil.copyfile(self.sources / file, copy)
 
     def _run(self, words: str) -> None:
         if words.startswith("useradd "):
@@ -382,9 +385,9 @@ class Image:
             return
         assert words.startswith("pip install "), words
         options = words.split()[2:]
-        if options[-1] == ".":
+        if options[-1].startswith("./"):
             assert options[:-1] == ["--no-deps", "--no-build-isolation"]
-            install(self.environment, self.path("."))
+            install(self.environment, self.path(options[-1]))
         else:
             assert options[:2] == ["--require-hashes", "-r"]
             assert not missing_pins(self.path(options[2]))
@@ -396,8 +399,10 @@ class Image:
         self.health = json.loads(words.partition(" CMD ")[2])
 
 
-def context() -> list[Path]:
-    """The files that are sent to the builder: what .dockerignore lets through."""
+def context(sources: Path = ROOT) -> list[Path]:
+    """The files that are sent to the builder: what .dockerignore lets through, or all of a release."""
+    if sources != ROOT:
+        return [file.relative_to(sources) for file in sources.iterdir()]
     lines = (ROOT / ".dockerignore").read_text("utf-8").splitlines()
     rules = [line for line in lines if line and not line.startswith("#")]
     kept = {rule[1:] for rule in rules if rule.startswith("!")}
@@ -424,11 +429,19 @@ def missing_pins(requirements: Path) -> list[str]:
     return missing
 
 
-@pytest.fixture(scope="module")
-def image(tmp_path_factory: pytest.TempPathFactory) -> Image:
-    """The image, made by the steps of the Dockerfile."""
+@pytest.fixture(scope="module", params=["sources", "release"])
+def image(
+    request: pytest.FixtureRequest, distributions: tuple[Path, Path], tmp_path_factory: pytest.TempPathFactory
+) -> Image:
+    """The image, made by the steps of the Dockerfile: of the sources, and of what a release has."""
     made = Image(tmp_path_factory.mktemp("image"))
-    text = re.sub(r"\\\n\s*", "", re.sub(r"(?m)^#.*\n", "", (ROOT / "Dockerfile").read_text("utf-8")))
+    recipe = (ROOT / "Dockerfile").read_text("utf-8")
+    if request.param == "release":
+        made.sources = tmp_path_factory.mktemp("release")
+        shutil.copy(distributions[0], made.sources)
+        shutil.copy(ROOT / "requirements.txt", made.sources)
+        recipe = recipe.replace("ARG SOURCE=.", f"ARG SOURCE={distributions[0].name}")
+    text = re.sub(r"\\\n\s*", "", re.sub(r"(?m)^#.*\n", "", recipe))
     for line in text.splitlines():
         if line:
             made.step(*line.split(" ", 1))

@@ -1,5 +1,6 @@
 """The parts of a release: the changes of its version, and checksums."""
 
+import re
 import subprocess
 from importlib.util import module_from_spec, spec_from_file_location
 from pathlib import Path
@@ -45,3 +46,22 @@ def test_the_sums_can_be_checked_with_the_usual_program(release: Any, tmp_path: 
 def test_everything_that_is_copied_is_there(release: Any) -> None:
     assert all((ROOT / name).is_file() for name in release.RECIPES)
     assert release.BILL.is_file()
+
+
+def test_the_image_of_a_release_is_made_of_its_wheel_and_that_of_the_sources_of_these(release: Any) -> None:
+    texts = {Path(name).name: (ROOT / name).read_text("utf-8") for name in release.RECIPES}
+    for name, line in release.OF_SOURCES.items():
+        assert texts[name].count(line) == 1
+        assert line not in release.recipe(name, texts[name])
+    wheel = f"motion_gateway-{release.version()}-py3-none-any.whl"
+    assert f"\nARG SOURCE={wheel}\n" in release.recipe("Dockerfile", texts["Dockerfile"])
+    assert release.recipe("requirements.txt", texts["requirements.txt"]) == texts["requirements.txt"]
+
+
+def test_recipes_and_documents_name_the_present_version(release: Any) -> None:
+    """The wheel and the tag of the image: a version that is put into `pyproject.toml` alone fails here."""
+    for name in ("Dockerfile", "packaging/compose.yaml", "docs/install.md"):
+        named = re.findall(
+            r"motion_gateway-(\d[\d.]*\d)-py3|motion-gateway:(\d[\d.]*\d)", (ROOT / name).read_text("utf-8")
+        )
+        assert {version for pair in named for version in pair if version} == {release.version()}, name

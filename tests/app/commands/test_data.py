@@ -57,6 +57,23 @@ def test_all_is_there_again_and_private(data: Path, tmp_path: Path) -> None:
     SqliteDisk(again).close()
 
 
+def test_nightly_backups_and_recordings_are_copied_and_what_is_linked_is_not(
+    data: Path, tmp_path: Path
+) -> None:
+    (tmp_path / "elsewhere").mkdir()
+    (tmp_path / "elsewhere" / "secret").write_text("not ours", "utf-8")
+    (data / "linked").symlink_to(tmp_path / "elsewhere")
+    kept = {"backups/line1/2026-11-27.backup": b"[body 3F]\n", "recordings/alarm.mgrec": bytes(100_000)}
+    for name, content in kept.items():
+        (data / name).parent.mkdir(parents=True)
+        (data / name).write_bytes(content)
+    assert run("backup", tmp_path / "copy", "--data", data).exit_code == 0
+    assert run("restore", tmp_path / "copy", "--data", tmp_path / "again").exit_code == 0
+    again = tmp_path / "again"
+    assert {name: (again / name).read_bytes() for name in kept} == kept
+    assert not (again / "linked").exists()
+
+
 def test_a_copy_is_made_once(copied: Path, data: Path) -> None:
     before = copied.read_bytes()
     said = run("backup", copied, "--data", data)
