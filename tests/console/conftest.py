@@ -8,6 +8,7 @@ from playwright.sync_api import Browser, Page, sync_playwright
 from tests.console.browser import (
     CHROMIUM,
     PATIENCE_MS,
+    PATIENTLY,
     Console,
     Guarded,
     Plant,
@@ -100,6 +101,7 @@ def open_console(browser: Browser) -> Iterator[Callable[..., Console]]:
             permissions=["clipboard-read", "clipboard-write"],
         )
         context.set_default_timeout(PATIENCE_MS)
+        context.add_init_script(PATIENTLY)
         page = context.new_page()
         page.on("pageerror", lambda error: None if faulty else faults.append(str(error)))
         page.on("console", lambda said: faults.append(said.text) if "Content Security" in said.text else None)

@@ -98,4 +98,5 @@ def test_a_key_that_is_held_on_a_step_is_one_step(plant: Plant, open_console: Op
         console.page.keyboard.down("Enter")
         console.page.wait_for_timeout(APART_MS)
     console.page.keyboard.up("Enter")
+    until(lambda: len(moves(plant, BODY)) > known and stands(plant), "it has stepped")
     assert len(moves(plant, BODY)) == known + 1

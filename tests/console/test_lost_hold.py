@@ -17,11 +17,34 @@ KEYS = {
     "r1": ("Jog X+", "/robots/r1"),
     "wafer": ("Jog X+", "/scaras/wafer"),
 }
+TRIES = 5
+HIDDEN = """() => {
+    Object.defineProperty(document, "visibilityState", { value: "hidden" });
+    document.dispatchEvent(new Event("visibilitychange"));
+}"""
+"""Another app comes before the page: no browser without a window tells of it."""
 LOST: dict[str, Callable[[Page], None]] = {
     "finger": lambda page: page.mouse.up(),
     "page": lambda page: page.close(),
+    "view": lambda page: page.evaluate(HIDDEN),
+    "turn": lambda page: page.set_viewport_size({"width": 844, "height": 390}),
     "network": lambda page: page.context.set_offline(True),
 }
+
+
+def hold(console: Console, key: str, moves: Callable[[], bool]) -> None:
+    """Hold a key; a line that a busy machine does not let have its turn in two seconds refuses a jog."""
+    bad = console.page.locator(".notices .bad")
+    for _ in range(TRIES):
+        expect(console.button(key)).to_have_attribute("aria-disabled", "false")
+        console.button(key).hover()
+        console.page.mouse.down()
+        if until(lambda: moves() or bad.count(), "it moves, or says why not") is True:
+            return
+        expect(bad).to_contain_text("in time; nothing was sent")
+        console.page.mouse.up()
+        console.button("Close").click()
+    raise AssertionError("it never moved")
 
 
 def moving(demo: str, path: str) -> bool:
@@ -34,16 +57,16 @@ def moving(demo: str, path: str) -> bool:
     ("of", "lost"),
     [
         *(("line1.3F", "finger"), ("r1", "finger"), ("wafer", "finger")),
-        *(("line1.3F", "page"), ("r1", "network")),
+        *(("line1.3F", "page"), ("r1", "network"), ("line1.3F", "view"), ("r1", "turn")),
     ],
 )
 def test_what_is_held_stops_when_its_hold_is_lost(demo: str, open_console: Open, of: str, lost: str) -> None:
     key, path = KEYS[of]
+    if of == "r1":  # its axes are converted, and jog only when they are homed
+        home = f"{demo}{path}/units/1/moves?wait=60"
+        httpx.post(home, json={"kind": "home"}, timeout=90).raise_for_status()
     console = open_console(demo, f"#/pendant/{of}")
-    expect(console.button(key)).to_have_attribute("aria-disabled", "false")
-    console.button(key).hover()
-    console.page.mouse.down()
-    until(lambda: moving(demo, path), "it moves")
+    hold(console, key, lambda: moving(demo, path))
     LOST[lost](console.page)
     stood: list[bool] = []
 

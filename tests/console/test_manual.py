@@ -7,21 +7,23 @@ from collections.abc import Callable, Iterator
 import pytest
 from playwright.sync_api import Browser, Page, expect
 
-from tests.console.browser import PATIENCE_MS, Console
+from tests.console.browser import PATIENCE_MS, Console, demo_in
 from tests.console.console import ROOT
 
 pytestmark = pytest.mark.prove
 
 
-@pytest.fixture(scope="module", autouse=True)
-def built() -> None:
-    """Have the site of today where the gateway looks for it."""
+@pytest.fixture(scope="module")
+def served(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
+    """A demo that was started when the site of today was there."""
     pytest.importorskip("zensical")
     subprocess.run([sys.executable, ROOT / "packaging" / "site.py"], check=True)  # noqa: S603
+    with demo_in(tmp_path_factory.mktemp("manual")) as url:
+        yield url
 
 
 @pytest.fixture
-def manual(browser: Browser, demo: str) -> Iterator[Callable[[str], Page]]:
+def manual(browser: Browser, served: str) -> Iterator[Callable[[str], Page]]:
     """Open a page of the manual; nothing of it may be refused by its policy, or come from elsewhere."""
     faults: list[str] = []
 
@@ -33,10 +35,10 @@ def manual(browser: Browser, demo: str) -> Iterator[Callable[[str], Page]]:
         page.on(
             "request",
             lambda asked: (
-                None if asked.url.startswith((demo, "data:", "blob:")) else faults.append(asked.url)
+                None if asked.url.startswith((served, "data:", "blob:")) else faults.append(asked.url)
             ),
         )
-        page.goto(f"{demo}/manual{path}")
+        page.goto(f"{served}/manual{path}")
         return page
 
     yield open_
@@ -60,7 +62,7 @@ def test_it_is_searched_without_internet(
     expect(page.get_by_role("heading", name=found)).to_be_visible()
 
 
-def test_the_console_leads_to_it(demo: str, open_console: Callable[..., Console]) -> None:
-    console = open_console(demo, "#/system", "ja")
+def test_the_console_leads_to_it(served: str, open_console: Callable[..., Console]) -> None:
+    console = open_console(served, "#/system", "ja")
     console.page.get_by_role("link", name="説明書").click()
     expect(console.page.get_by_role("heading", name="日本語のページ")).to_be_visible()

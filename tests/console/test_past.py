@@ -60,3 +60,6 @@ def test_the_plant_is_shown_as_it_was(
     page.locator("details details summary").click()
     expect(page.locator("details pre")).to_contain_text("&3F")
     assert console.faults() == []
+    console.go("#/shift")
+    failures = page.get_by_role("region", name={"en": "Failures by cause", "ja": "原因別の失敗"}[language])
+    expect(failures.get_by_role("row")).to_contain_text("EMS")  # and not ems, as the API has it

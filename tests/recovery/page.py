@@ -66,7 +66,14 @@ def _section(story: Story) -> str:
 
 def _step(story: Story, tap: str) -> str:
     name = f"*{label_of(story, tap)}*"
+    if _is_home_of_robot(story, tap):
+        return "Open its page, and press *Home*."
     return f"{story.hand}; in the demo press {name}." if tap == END else f"Press {name}."
+
+
+def _is_home_of_robot(story: Story, tap: str) -> bool:
+    """Its alarm is that of all units, and offers no homing of one."""
+    return tap == HOME and not story.target.startswith("line")
 
 
 JAPANESE_HEAD: Final = """\
@@ -112,6 +119,8 @@ def _japanese_section(story: Story) -> str:
 def _japanese_step(story: Story, tap: str) -> str:
     if tap == END:
         return f"{JAPANESE[story.id].hand}（デモでは「{JAPANESE_PANEL}」を押します）。"
+    if _is_home_of_robot(story, tap):
+        return "ロボットの画面で「原点復帰」を押します。"
     return f"「{_call_of(story, tap).ja.rstrip('。')}」を押します。"
 
 
