@@ -62,6 +62,10 @@ class RorzeBench(Bench):
         """The configured bodies."""
         return [body.number for body in self.line.bodies]
 
+    def table(self, body: int) -> Any:
+        """The table of a body in the configuration."""
+        return next(table for table in self.line.bodies if table.number == body)
+
     async def reach(self) -> None:
         """Find what begins a command that is understood, the configured one first."""
         for introducer in sorted(INTRODUCERS, key=lambda introducer: introducer != self.line.introducer):
