@@ -125,7 +125,7 @@ class Bench:
         raise NotImplementedError
 
     async def set_back(self, place: int, command: Any) -> None:
-        """Send a command that sets something back.
+        """Restore a setting.
 
         :raises Unanswered: it was not taken, or nobody knows.
         """

@@ -171,7 +171,7 @@ class FicsBench(Bench):
         return str(self.line.robot.id)
 
     async def set_back(self, place: int, command: FicsCommand[Any]) -> None:
-        """Send a command that sets something back, with its unit selected, and nothing moving in it.
+        """Restore a setting, with its unit selected and all axes at rest.
 
         :raises Unanswered: it was not taken, or nobody knows.
         """

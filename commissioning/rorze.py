@@ -109,7 +109,7 @@ class RorzeBench(Bench):
         return f"{debt.place:02X}"
 
     async def set_back(self, place: int, command: RorzeCommand[Any]) -> None:
-        """Send a command that sets something back.
+        """Restore a setting.
 
         :raises Unanswered: it was not taken, or nobody knows.
         """

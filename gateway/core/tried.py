@@ -39,4 +39,4 @@ def untried(line: LineTable) -> list[Untried]:
         Untried(line.id, [slug for slug, outcome in found.items() if outcome == result], meaning)
         for result, meaning in MEANINGS.items()
     )
-    return [it for it in told if it.assumptions]
+    return [outcome for outcome in told if outcome.assumptions]

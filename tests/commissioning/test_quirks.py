@@ -256,7 +256,7 @@ async def test_a_comment_is_tried_at_each_body_that_somebody_agrees_to() -> None
 
 
 @pytest.mark.parametrize(
-    "case", [it for it in DEEDS if it.proposed], ids=lambda it: f"{it.line_id}-{it.slug}"
+    "case", [case for case in DEEDS if case.proposed], ids=lambda case: f"{case.line_id}-{case.slug}"
 )
 @in_virtual_time
 async def test_what_was_changed_after_a_loss_of_power_is_not_proposed_again(case: Case) -> None:

@@ -43,8 +43,8 @@ def test_what_weighs_most_is_told_first(
     told = [{"assumption": name, "result": result} for name, result in results.items()]
     report.write_text(json.dumps({"results": told}), "utf-8")
     found = untried(line_with(report))
-    assert [(it.line_id, list(it.assumptions)) for it in found] == [("robot", names) for names in slugs]
-    assert all(word in it.meaning for it, word in zip(found, words, strict=True))
+    assert [(told.line_id, list(told.assumptions)) for told in found] == [("robot", names) for names in slugs]
+    assert all(word in told.meaning for told, word in zip(found, words, strict=True))
 
 
 def test_a_line_on_which_all_holds_needs_no_word(tmp_path: Path) -> None:
