@@ -127,7 +127,7 @@ class Bench:
     async def set_back(self, place: int, command: Any) -> None:
         """Restore a setting.
 
-        :raises Unanswered: it was not taken, or nobody knows.
+        :raises Unanswered: it was not taken, or that is not known.
         """
         raise NotImplementedError
 

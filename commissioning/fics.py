@@ -173,7 +173,7 @@ class FicsBench(Bench):
     async def set_back(self, place: int, command: FicsCommand[Any]) -> None:
         """Restore a setting, with its unit selected and all axes at rest.
 
-        :raises Unanswered: it was not taken, or nobody knows.
+        :raises Unanswered: it was not taken, or that is not known.
         """
         self.memory["uploading"] = isinstance(command, EndPositionUpload)  # then all but ERR is refused
         if place != ANY_UNIT:

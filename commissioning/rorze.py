@@ -111,7 +111,7 @@ class RorzeBench(Bench):
     async def set_back(self, place: int, command: RorzeCommand[Any]) -> None:
         """Restore a setting.
 
-        :raises Unanswered: it was not taken, or nobody knows.
+        :raises Unanswered: it was not taken, or that is not known.
         """
         if not isinstance(await self.ask(place, command), Answer):
             raise Unanswered(f"{command.code} was not taken by body {place:02X}.")
