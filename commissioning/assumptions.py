@@ -295,7 +295,7 @@ FICS: Final = (
         "`gateway/fics/units.py`",
         "Stored positions are read at once and one by one (POR).",
         "Positions behind a hole are stored under other numbers than they have.",
-        "A robot that answers POR.",
+        "Stored positions with a hole among the numbers 1 to 8, such as 1 and 3.",
     ),
     Assumption(
         "displayed-hundredths",

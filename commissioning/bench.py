@@ -125,9 +125,9 @@ class Bench:
         raise NotImplementedError
 
     async def set_back(self, place: int, command: Any) -> None:
-        """Send a command that sets something back.
+        """Restore a setting.
 
-        :raises Unanswered: it was not taken, or nobody knows.
+        :raises Unanswered: it was not taken, or that is not known.
         """
         raise NotImplementedError
 

@@ -20,7 +20,7 @@ class Debt(BaseModel):
 
 
 class DebtsUnreadable(Exception):
-    """Nobody knows what a commissioning before has left set; nothing was sent."""
+    """The settings that an earlier commissioning has left cannot be known; nothing was sent."""
 
 
 _DEBTS = TypeAdapter(list[Debt])

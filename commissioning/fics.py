@@ -171,9 +171,9 @@ class FicsBench(Bench):
         return str(self.line.robot.id)
 
     async def set_back(self, place: int, command: FicsCommand[Any]) -> None:
-        """Send a command that sets something back, with its unit selected, and nothing moving in it.
+        """Restore a setting, with its unit selected and all axes at rest.
 
-        :raises Unanswered: it was not taken, or nobody knows.
+        :raises Unanswered: it was not taken, or that is not known.
         """
         self.memory["uploading"] = isinstance(command, EndPositionUpload)  # then all but ERR is refused
         if place != ANY_UNIT:
@@ -364,18 +364,21 @@ async def por_end(row: Assumption, bench: FicsBench) -> Finding:
     if end is None:
         return cannot_tell(row, "POR is not answered to its end.")
     one_by_one: list[str] = []
-    last: Frame | None = end
-    for number in range(1, POSITIONS_READ + 1):
-        answers, last = await stored(bench, number, 1)
+    told = [await stored(bench, number, 1) for number in range(1, POSITIONS_READ + 1)]
+    for answers, _ in told:
         if not answers:
             break
         one_by_one += answers
-    seen = f"POR of {POSITIONS_READ} numbers tells {len(at_once)} positions, one by one {len(one_by_one)}."
+    set_at_all = sum(bool(answers) for answers, _ in told)
+    seen = f"POR of {POSITIONS_READ} numbers tells {len(at_once)} positions, one by one {set_at_all}."
     if at_once != one_by_one:
         return fails(row, seen)
-    if isinstance(last, FicsRefusal) and last.error != NOT_SET:
-        return fails(row, f"{seen} The first number that is not set is refused with {last.error}.")
-    return agrees(seen)
+    refusals = {end.error for answers, end in told if not answers and isinstance(end, FicsRefusal)}
+    if refusals - {NOT_SET}:
+        return fails(row, f"{seen} A number that is not set is refused with {', '.join(sorted(refusals))}.")
+    if set_at_all == len(one_by_one):
+        return cannot_tell(row, f"{seen} There is no hole among them.")
+    return agrees(f"{seen} It has ended at the hole.")
 
 
 async def dpram_map(row: Assumption, bench: FicsBench) -> Finding:

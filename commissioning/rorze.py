@@ -62,6 +62,10 @@ class RorzeBench(Bench):
         """The configured bodies."""
         return [body.number for body in self.line.bodies]
 
+    def table(self, body: int) -> Any:
+        """The table of a body in the configuration."""
+        return next(table for table in self.line.bodies if table.number == body)
+
     async def reach(self) -> None:
         """Find what begins a command that is understood, the configured one first."""
         for introducer in sorted(INTRODUCERS, key=lambda introducer: introducer != self.line.introducer):
@@ -105,9 +109,9 @@ class RorzeBench(Bench):
         return f"{debt.place:02X}"
 
     async def set_back(self, place: int, command: RorzeCommand[Any]) -> None:
-        """Send a command that sets something back.
+        """Restore a setting.
 
-        :raises Unanswered: it was not taken, or nobody knows.
+        :raises Unanswered: it was not taken, or that is not known.
         """
         if not isinstance(await self.ask(place, command), Answer):
             raise Unanswered(f"{command.code} was not taken by body {place:02X}.")

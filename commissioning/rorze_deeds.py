@@ -100,7 +100,7 @@ async def _outage(bench: RorzeBench) -> Outage:
 
 async def _free_comment(bench: RorzeBench, body: int) -> int | None:
     """A user comment that is empty, other than the one of the gateway's mark where there is one."""
-    marked = next(table.power_comment for table in bench.line.bodies if table.number == body)
+    marked = bench.table(body).power_comment
     for number in sorted(range(1, LAST_COMMENT + 1), key=lambda number: (number == marked, number)):
         told = await bench.read(body, GetInformation(comment_number=number))
         if told is not None and told.text in ("", TRIED):  # a trial that was killed has left it
@@ -169,9 +169,12 @@ async def comment_kept(row: Assumption, bench: RorzeBench) -> Finding:
         if kept.told == kept.comment == TRIED
     ]
     wrong = [body for body, kept in found.bodies.items() if kept.told != TRIED or kept.comment == TRIED]
-    if wrong:
-        without_mark = (Change(f"bodies.{body:02X}.power_comment", 0) for body in wrong)
+    marked = [body for body in wrong if bench.table(body).power_comment]
+    if marked:
+        without_mark = (Change(f"bodies.{body:02X}.power_comment", 0) for body in marked)
         return fails(row, " ".join([*unlike, *lasting]), *without_mark)
+    if wrong:
+        return agrees(f"{' '.join([*unlike, *lasting])} Nothing rests on it: no mark is set there.")
     if not found.returned:
         return cannot_tell(row, NOT_SWITCHED)
     return agrees(f"Comments of {_named(found.returned)} were kept, and gone after the power was off.")
@@ -190,9 +193,13 @@ async def power_on_position(row: Assumption, bench: RorzeBench) -> Finding:
     kept = {body: moved for body, moved in elsewhere.items() if moved.after != 0}
     if not kept:
         return agrees(seen)
-    unmarked = [body for body, state in kept.items() if state.comment == TRIED]
+    unmarked = [
+        body
+        for body, state in kept.items()
+        if state.comment == TRIED and not bench.table(body).silence_needs_acknowledgement
+    ]
     if not unmarked:
-        return fails(row, f"{seen} The mark in a user comment tells of the loss.")
+        return fails(row, f"{seen} A mark in a user comment, or an acknowledgement, tells of the loss.")
     return fails(
         row, seen, *(Change(f"bodies.{body:02X}.silence_needs_acknowledgement", True) for body in unmarked)
     )

@@ -151,6 +151,8 @@ class Questions:
 
     def __init__(self, port: Transport) -> None:
         self.port = port
+        self.took_s = 0.0
+        """Seconds from the last question that was answered to its answer: a slow line is given its time."""
         self._received: asyncio.Queue[bytes | TransportLost] = asyncio.Queue()
 
     async def open(self) -> None:
@@ -186,11 +188,13 @@ class Questions:
             self._next(self._received.get_nowait())
         self.port.write(question)
         wire_s = (len(question) + longest) * (self.port.byte_time_s or UNKNOWN_BYTE_S)
+        asked_at = asyncio.get_running_loop().time()
         try:
             async with asyncio.timeout(wire_s + within_s):
                 while True:
                     for frame in reader.feed(self._next(await self._received.get())):
                         if (found := answer(frame)) is not None:
+                            self.took_s = asyncio.get_running_loop().time() - asked_at
                             return found
         except TimeoutError:
             return None
@@ -252,7 +256,8 @@ async def _is_there(questions: Questions, body: int, entry: int) -> bool:
             return None
 
     question = rorze.encode(body, command)
-    return bool(await questions.ask(question, rorze.LinkReader(), answer, BODY_ANSWERS_WITHIN_S))
+    within_s = max(BODY_ANSWERS_WITHIN_S, 2 * questions.took_s)
+    return bool(await questions.ask(question, rorze.LinkReader(), answer, within_s))
 
 
 # a Fics

@@ -42,7 +42,7 @@ def check(file: Annotated[Path, typer.Argument(help="The configuration file (TOM
         typer.echo(f"  {_served(line)}")
     for made in (table for those in config.made().values() for table in those):
         typer.echo(f"  {made.served()}")
-    for found in filter(None, map(untried, config.lines)):
+    for found in (found for line in config.lines for found in untried(line)):
         named_ones = f" ({', '.join(found.assumptions)})" if found.assumptions else ""
         typer.echo(f"note: line {found.line_id}: {found.meaning}{named_ones}")
     weak = (f"{weakness.setting} = {weakness.value}: {weakness.meaning}" for weakness in weakened(config))

@@ -2,11 +2,16 @@
 
 import json
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import Final, NamedTuple
 
 from gateway.core.tables import LineTable
 
-CONTRADICTS, DIFFERS, UNKNOWN = "contradicts", "differs", "cannot_tell"
+MEANINGS: Final = {
+    "contradicts": "Some assumptions do not hold, and no setting makes up for it: do not run motion.",
+    "differs": "Some assumptions do not hold: the report says what makes up for it, or that nothing has to.",
+    "cannot_tell": "Some assumptions about real hardware were not tried.",
+}
+"""The results of a report that are told of a line, with what they mean, the worst first."""
 
 
 class Untried(NamedTuple):
@@ -19,24 +24,19 @@ class Untried(NamedTuple):
     """One sentence."""
 
 
-def untried(line: LineTable) -> Untried | None:
-    """Read the report of a line; None if all its assumptions were tried and hold. It reads a file."""
+def untried(line: LineTable) -> list[Untried]:
+    """Read the report of a line: what was not tried, and what does not hold. It reads a file."""
     if line.commissioned is None:
         command = f"`motion-gateway commission {line.id}`"
-        return Untried(
-            line.id, (), f"Its assumptions about real hardware were never tried: {command} tries them."
-        )
+        meaning = f"Its assumptions about real hardware were never tried: {command} tries them."
+        return [Untried(line.id, (), meaning)]
     try:
         results = json.loads(line.commissioned.read_text("utf-8"))["results"]
         found = {result["assumption"]: result["result"] for result in results}
     except (OSError, ValueError, KeyError, TypeError):
-        return Untried(line.id, (), f"{line.commissioned} is no report that can be read: nothing is known.")
-    for result, meaning in (
-        (CONTRADICTS, "Some assumptions do not hold, and no setting makes up for it: do not run motion."),
-        (DIFFERS, "Some assumptions do not hold: see the report for the settings that make up for it."),
-        (UNKNOWN, "Some assumptions about real hardware were not tried."),
-    ):
-        slugs = [slug for slug, outcome in found.items() if outcome == result]
-        if slugs:
-            return Untried(line.id, slugs, meaning)
-    return None
+        return [Untried(line.id, (), f"{line.commissioned} is no report that can be read: nothing is known.")]
+    told = (
+        Untried(line.id, [slug for slug, outcome in found.items() if outcome == result], meaning)
+        for result, meaning in MEANINGS.items()
+    )
+    return [outcome for outcome in told if outcome.assumptions]

@@ -97,8 +97,8 @@ async def get_posture(plant: Plant) -> Posture:
 
 def _untried(plant: Plant) -> list[Untried]:
     """Read the reports of the lines that the caller sees."""
-    found = (untried(line) for line in plant.config.lines if sees(plant.access, line.id))
-    return [line for line in found if line is not None]
+    seen = (line for line in plant.config.lines if sees(plant.access, line.id))
+    return [found for line in seen for found in untried(line)]
 
 
 class Version(AnswerModel):

@@ -1,4 +1,4 @@
-"""What a trial has set is set back, if need be by the next one: it is written down before it is set."""
+"""Settings of a trial are set back, if need be by the next one: they are written down before they are set."""
 
 import asyncio
 from collections.abc import Callable

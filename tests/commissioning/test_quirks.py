@@ -27,8 +27,8 @@ from tests.commissioning.benches import (
 )
 from tests.plants import in_virtual_time
 
-NEVER_TOLD = {"label-answers", "lasting-errors", "dpram-map", "dpram-times"}
-"""Quirks that a line without labels, errors and RAM does not show."""
+NEVER_TOLD = {"label-answers", "lasting-errors", "por-end", "dpram-map", "dpram-times"}
+"""Quirks that a line without labels, errors, holes and RAM does not show."""
 
 
 class Case(NamedTuple):
@@ -253,6 +253,37 @@ async def test_a_comment_is_tried_at_each_body_that_somebody_agrees_to() -> None
     }
     assert "Comment 1 of body 0A has outlasted" in result_of(report, "comment-kept").seen
     assert all(b"&%02X9VS1,\r" % body in cable.written for body in machine.axes), "they are set back"
+
+
+@pytest.mark.parametrize(
+    "case", [case for case in DEEDS if case.proposed], ids=lambda case: f"{case.line_id}-{case.slug}"
+)
+@in_virtual_time
+async def test_what_was_changed_after_a_loss_of_power_is_not_proposed_again(case: Case) -> None:
+    machine = quirky(case)
+    text = changed(CONFIG, case.line_id, case.proposed, "gateway.toml")
+    report, _ = await commissioned(machine, all_allowed(machine, places_of(case)), text)
+    assert unlike(report) == {}
+    assert "Nothing rests on it" in result_of(report, case.slug).seen
+
+
+@in_virtual_time
+async def test_a_board_that_keeps_all_is_right_once_its_silence_needs_an_acknowledgement() -> None:
+    machine = rc400()
+    away(machine)
+    machine.axes[0x0A].keeps_comments = machine.axes[0x0A].keeps_position = True
+    wanted = {"bodies.0A.power_comment": 0, "bodies.0A.silence_needs_acknowledgement": True}
+    text = changed(CONFIG, "robot", wanted, "gateway.toml")
+    report, _ = await commissioned(machine, all_allowed(machine, Places(0, 200)), text)
+    assert report.changes() == {}
+
+
+@in_virtual_time
+async def test_stored_positions_without_a_hole_do_not_tell_where_they_end() -> None:
+    report, _ = await commissioned(MAKES["cell"]())
+    told = result_of(report, "por-end")
+    assert told.result is Result.CANNOT_TELL
+    assert "with a hole" in (told.needed or "")
 
 
 def places_of(case: Case) -> Places:

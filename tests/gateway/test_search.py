@@ -1,6 +1,7 @@
 """Searching ports: who is found, at which rate, and that only questions are asked."""
 
 import asyncio
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -141,6 +142,15 @@ async def test_those_that_the_link_master_names_are_asked_and_no_others() -> Non
     assert line == FoundLine("serial:///dev/ttyS1?baud=9600", "00,0A,3F", list(BODIES), complete=False)
     asked = {data[1:3] for data in bench.said() if data[:1] == b"&"} - {b"7F"}
     assert asked == {b"00", b"0A", b"3F"}
+
+
+@in_virtual_time
+async def test_bodies_are_found_on_a_line_whose_replies_take_a_quarter_of_a_second() -> None:
+    bench, machine = Bench(), rc400()
+    machine.settings = replace(machine.settings, reply_delay_s=0.26)
+    bench.machines["/dev/ttyS1", "9600"] = machine
+    (line,) = await bench.search("/dev/ttyS1", thorough=False)
+    assert line == FoundLine("serial:///dev/ttyS1?baud=9600", "00,0A,3F", list(BODIES), complete=False)
 
 
 @in_virtual_time

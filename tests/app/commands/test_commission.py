@@ -90,7 +90,7 @@ def test_what_differs_is_proposed_as_a_change_of_the_file(file: Path) -> None:
         assert "never tried" in run("check", file).stdout
         report = file.parent / "F.json"
         assert run("commission", "robot", "--config", file, "--apply", "--report", report).exit_code == 1
-        assert "line robot: Some assumptions do not hold: see the report" in run("check", file).stdout
+        assert "line robot: Some assumptions do not hold: the report says what" in run("check", file).stdout
         assert load(file).lines[0].model_dump()["stop_mode"] == "after_reply"
         assert "late_reply_s = 0.1   # short" in file.read_text("utf-8")
         assert run("commission", "robot", "--config", file).exit_code == 0
