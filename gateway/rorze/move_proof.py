@@ -29,10 +29,10 @@ from gateway.rorze.asked_body import believed
 from gateway.rorze.bodies import ENCODER_SWAYS, STATUS, Body, R
 from gateway.rorze.errors import IN_MOTION
 from gateway.rorze.knowledge import MotorState
-from gateway.rorze.plans import crossed_limit, entry_in, target_of
+from gateway.rorze.plans import crossed_limit, target_of
 from gateway.rorze.power import POWER_ON_POSITION, PowerSeen
 from gateway.rorze.probes import background_of, follow_s, is_crowded, is_prompt, poll_s
-from gateway.rorze.starts import SharedWay, Start, StartQuestion, needs_of, spoils
+from gateway.rorze.starts import SharedWay, Start, StartQuestion, entry_in, needs_of, spoils
 from protocols.rorze.inputs_outputs import GetSensors
 from protocols.rorze.modes import GetOperatingMode
 from protocols.rorze.origin import CentreStallDog, GetHomingDistance
