@@ -201,12 +201,11 @@ class BodyRun(MoveRun[Move, MotorState]):
 
         :raises GatewayError: it did not tell.
         """
-        body = self.body
+        body, entry = self.body, entry_in(start.command)
         if question is StartQuestion.REST:
             start.rest, start.in_program = await body.where_it_rests(), body.life.in_program
-        elif question is StartQuestion.TARGET:
-            entry = GetPositionEntry(entry=entry_in(start.command))
-            start.entry = (await self._believed(entry)).pulses
+        elif question is StartQuestion.TARGET and entry is not None:
+            start.entry = (await self._believed(GetPositionEntry(entry=entry))).pulses
         elif question is StartQuestion.MODE:
             start.mode = (await self._believed(GetOperatingMode())).mode
         elif question is StartQuestion.SPEEDS:
