@@ -212,11 +212,11 @@ class BodyRun(MoveRun[Move, MotorState]):
             await body.know_pattern(start.command)
         elif question is StartQuestion.POWER:
             start.stands = await body.mark.stands(Lane.VERIFY)
-        else:
+        elif question in (StartQuestion.MARK, StartQuestion.NEW_MARK):
             await body.mark.ensure(Lane.VERIFY)
-            if question is StartQuestion.MARK:  # what was seen before proves nothing
-                body.told.rest_in_doubt()
-                start.rest = None
+        if question is StartQuestion.MARK:  # what was seen before proves nothing
+            body.told.rest_in_doubt()
+            start.rest = None
 
     async def _believed(self, question: RorzeCommand[R]) -> R:
         """Ask once, or twice while the line errs."""
