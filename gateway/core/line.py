@@ -10,7 +10,7 @@ from collections import Counter
 from collections.abc import AsyncIterator, Callable, Collection, Coroutine, Iterable, Iterator
 from contextlib import asynccontextmanager, contextmanager
 from dataclasses import dataclass
-from functools import partial
+from functools import cached_property, partial
 from math import inf
 from typing import Any, ClassVar, Generic, Protocol, TypeVar, cast
 
@@ -150,8 +150,6 @@ class PortLoop(ABC):
         self.byte_time_s = transport.byte_time_s
         """Seconds one byte takes on the wire; 0.0 where that does not pace the gateway."""
         self._wire = PortPace()
-        self._survived = FaultsTo(self._survive)
-        """Heeds a fault of the gateway itself: the line does not last with it."""
         self._timer = EarliestTimer(self._wake, self._survived)
         self._attention = asyncio.Event()
         """Set while a set-up is due, and when the port was lost."""
@@ -434,6 +432,10 @@ class PortLoop(ABC):
         if deadline is not None:
             self._timer.set(deadline)
         self._pump()
+
+    @cached_property
+    def _survived(self) -> FaultsTo:
+        return FaultsTo(self._survive)
 
     def _survive(self, fault: Exception) -> None:
         """After a fault of the gateway itself nothing under way is believed, and the port is opened anew."""

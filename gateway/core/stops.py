@@ -189,7 +189,7 @@ class Stopping(ABC):
         self.mode = mode
         self.report, self._line, self._tell = report, line, tell
         self._reasons: Sequence[Text] = ()
-        """What spoke against standstill when the controller was last looked at."""
+        """Objections to standstill, from the last look at the controller."""
         self._began_at = asyncio.get_running_loop().time()
         self._held_before_s: float = line.admission.held_s(self._began_at)
         self._stop: asyncio.Future[Any] | None = None
@@ -222,7 +222,7 @@ class Stopping(ABC):
 
     @abstractmethod
     async def _see(self) -> Sequence[Text]:
-        """Ask the controller what speaks against standstill; also a program that could move it again does.
+        """Ask the controller for objections to standstill; a program that could move it again is one, too.
 
         Nothing is given where all stands still.
         """

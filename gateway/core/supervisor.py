@@ -196,7 +196,7 @@ class Observers(list[Callable[P, object]], Generic[P]):
 
 
 class FaultsTo:
-    """A block whose fault goes to `heed`, which tells those who wait; it is made once, and used again."""
+    """A block whose fault goes to `heed`; it is made once, and used again."""
 
     __slots__ = ("_heed",)
 

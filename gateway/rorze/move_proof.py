@@ -29,10 +29,10 @@ from gateway.rorze.asked_body import believed
 from gateway.rorze.bodies import ENCODER_SWAYS, STATUS, Body, R
 from gateway.rorze.errors import IN_MOTION
 from gateway.rorze.knowledge import MotorState
-from gateway.rorze.plans import crossed_limit, entry_in, target_of
+from gateway.rorze.plans import crossed_limit, target_of
 from gateway.rorze.power import POWER_ON_POSITION, PowerSeen
 from gateway.rorze.probes import background_of, follow_s, is_crowded, is_prompt, poll_s
-from gateway.rorze.starts import SharedWay, Start, StartQuestion, needs_of, spoils
+from gateway.rorze.starts import SharedWay, Start, StartQuestion, entry_in, needs_of, spoils
 from protocols.rorze.inputs_outputs import GetSensors
 from protocols.rorze.modes import GetOperatingMode
 from protocols.rorze.origin import CentreStallDog, GetHomingDistance
@@ -201,23 +201,22 @@ class BodyRun(MoveRun[Move, MotorState]):
 
         :raises GatewayError: it did not tell.
         """
-        body = self.body
+        body, entry = self.body, entry_in(start.command)
         if question is StartQuestion.REST:
             start.rest, start.in_program = await body.where_it_rests(), body.life.in_program
-        elif question is StartQuestion.TARGET:
-            entry = GetPositionEntry(entry=entry_in(start.command))
-            start.entry = (await self._believed(entry)).pulses
+        elif question is StartQuestion.TARGET and entry is not None:
+            start.entry = (await self._believed(GetPositionEntry(entry=entry))).pulses
         elif question is StartQuestion.MODE:
             start.mode = (await self._believed(GetOperatingMode())).mode
         elif question is StartQuestion.SPEEDS:
             await body.know_pattern(start.command)
         elif question is StartQuestion.POWER:
             start.stands = await body.mark.stands(Lane.VERIFY)
-        else:
+        elif question in (StartQuestion.MARK, StartQuestion.NEW_MARK):
             await body.mark.ensure(Lane.VERIFY)
-            if question is StartQuestion.MARK:  # what was seen before proves nothing
-                body.told.rest_in_doubt()
-                start.rest = None
+        if question is StartQuestion.MARK:  # what was seen before proves nothing
+            body.told.rest_in_doubt()
+            start.rest = None
 
     async def _believed(self, question: RorzeCommand[R]) -> R:
         """Ask once, or twice while the line errs."""

@@ -19,6 +19,7 @@ from gateway.rorze.asked_body import pulses_per_count
 from gateway.rorze.bodies import Body, Group, idle_bodies_of
 from gateway.rorze.changes import change, read
 from gateway.rorze.speed_sets import STANDARD, Speed, items_of, parameters_of, sets_item
+from gateway.rorze.starts import entry_in, target_from
 from gateway.rorze.units import to_pulses
 from gateway.texts import Text, text
 from protocols.rorze.encoder import GetEncoderRatio
@@ -31,7 +32,7 @@ from protocols.rorze.moves import (
     MoveToSlowly,
     RelativeMove,
 )
-from protocols.rorze.notation import Bounds, PositionReference
+from protocols.rorze.notation import Bounds
 from protocols.rorze.path import Knot
 from protocols.rorze.patterns import GetPattern, GetSpeedChange, SetSpeedChange
 from protocols.rorze.position import GetPosition
@@ -398,27 +399,6 @@ async def target_of(body: Body, command: RorzeCommand[Any], start: int, lane: La
     entry = entry_in(command)
     reply = None if entry is None else await body.ask(GetPositionEntry(entry=entry), lane=lane)
     return target_from(command, start, None if reply is None else reply[0].pulses)
-
-
-def entry_in(command: RorzeCommand[Any]) -> PositionReference | None:
-    """The entry of the position table in a motion command, whose pulses it can be asked for."""
-    value = _amount_in(command)
-    return value if isinstance(value, PositionReference) and isinstance(value.position, int) else None
-
-
-def target_from(command: RorzeCommand[Any], start: int, entry: int | None) -> int | None:
-    """Where the command should bring the motor from `start`, in pulses; `entry` are those of its entry."""
-    value = _amount_in(command)
-    amount = value if isinstance(value, int) else entry
-    if amount is None or isinstance(command, AbsoluteMove):
-        return amount
-    return start + amount if isinstance(command, MoveClockwise | MoveClockwiseSlowly) else start - amount
-
-
-def _amount_in(command: RorzeCommand[Any]) -> int | PositionReference | str | None:
-    if isinstance(command, RelativeMove):
-        return command.distance
-    return command.position if isinstance(command, AbsoluteMove) else None
 
 
 async def trajectory_of(

@@ -412,10 +412,6 @@ def _quiet_timeouts(line: Line) -> float:
     return (now - line.presence.last_heard_at - line.held_since_heard_s(now)) / line.reply_timeout_s
 
 
-def _now() -> float:
-    return asyncio.get_running_loop().time()
-
-
 class StopOnLine(Protocol):
     """The stop of a body, as far as the silence of its line is concerned."""
 

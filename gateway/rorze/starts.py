@@ -12,8 +12,9 @@ from typing import Any, Final, NamedTuple
 from gateway.core.errors import BodyBusy, NotSent
 from gateway.core.preparation import Asked, Missing
 from gateway.rorze.knowledge import BodyFacts, MotorState, Prepared
-from gateway.rorze.plans import entry_in, target_from
 from gateway.rorze.power import BodyPower, needs_place
+from protocols.rorze.moves import AbsoluteMove, MoveClockwise, MoveClockwiseSlowly, RelativeMove
+from protocols.rorze.notation import PositionReference
 from protocols.rorze.origin import OriginSearch
 from protocols.rorze.row import ModeName, RorzeCommand
 
@@ -40,7 +41,7 @@ class SharedWay(NamedTuple):
 
 @dataclass
 class Start:
-    """What is known of a body just before a motion."""
+    """Knowledge of a body just before a motion."""
 
     who: str
     command: RorzeCommand[Any]
@@ -74,6 +75,27 @@ class Start:
         if self.stretch is not None:
             return self.stretch.target, self.stretch.tolerance
         return self.target, self.encoder_tolerance if self.mode == "encoder" else 0
+
+
+def entry_in(command: RorzeCommand[Any]) -> PositionReference | None:
+    """The entry of the position table in a motion command, whose pulses it can be asked for."""
+    value = _amount_in(command)
+    return value if isinstance(value, PositionReference) and isinstance(value.position, int) else None
+
+
+def target_from(command: RorzeCommand[Any], start: int, entry: int | None) -> int | None:
+    """Where the command should bring the motor from `start`, in pulses; `entry` are those of its entry."""
+    value = _amount_in(command)
+    amount = value if isinstance(value, int) else entry
+    if amount is None or isinstance(command, AbsoluteMove):
+        return amount
+    return start + amount if isinstance(command, MoveClockwise | MoveClockwiseSlowly) else start - amount
+
+
+def _amount_in(command: RorzeCommand[Any]) -> int | PositionReference | str | None:
+    if isinstance(command, RelativeMove):
+        return command.distance
+    return command.position if isinstance(command, AbsoluteMove) else None
 
 
 def spoils(power: BodyPower, command: RorzeCommand[Any]) -> bool:

@@ -134,7 +134,7 @@ def test_from_any_knowledge_the_answers_lead_to_a_motion_or_its_refusal(data: st
     draw = data.draw
     command = draw(st.sampled_from(COMMANDS))
     states = st.sampled_from([AT_REST, RUNS])
-    known = {
+    known: dict[str, Any] = {
         "rest": draw(st.none() | states),
         "entry": draw(st.none() | st.integers(0, 9_000)),
         "mode": draw(st.sampled_from([None, "pulse", "encoder"])),

@@ -39,7 +39,7 @@ async def moves_again(robot: Cell) -> bool:
         (ScaraRun, "_finding"),
         (ScaraRun, "end"),
         (Mark, "stands"),
-        (BodyRun, "_expect"),
+        (BodyRun, "_take_start"),
     ],
     ids=named,
 )
