@@ -1,7 +1,7 @@
 """The id of each request: its sender's, or a new one; it is answered, and what is done for it carries it."""
 
 import re
-from collections.abc import Iterable
+from collections.abc import Awaitable, Iterable
 from time import perf_counter
 from typing import Final
 
@@ -74,7 +74,7 @@ class RequestIds:
         request_id = request_id_of(scope["headers"])
         began_at, traffic = perf_counter(), self._traffic
 
-        async def answer(message: Message) -> None:
+        def answer(message: Message) -> Awaitable[None]:
             if message["type"] in _STARTS:
                 scope[_HAS_BEGUN] = True
                 headers = message["headers"] = [*message.get("headers", ()), header_of(request_id)]
@@ -82,7 +82,7 @@ class RequestIds:
                     headers.append(_NO_STORE)
                 if message["type"] == _START:
                     traffic.note(scope["method"], message["status"], perf_counter() - began_at)
-            await send(message)
+            return send(message)
 
         client = scope.get("client")
         caller = f"{scope['type']} {client[0]}" if client else scope["type"]

@@ -93,7 +93,7 @@ class AnswerWriter:
 
     def begin(self, status: int, said: list[tuple[bytes, bytes]]) -> bytes:
         """Give what is to be written at once: it may be long until the first part of a chunked body comes."""
-        length = next((value for name, value in said if name == b"content-length"), None)
+        length = dict(said).get(b"content-length")
         if length is not None:
             self._left = int(length)
         elif not self._bare and status not in _BARE:
