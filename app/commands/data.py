@@ -1,7 +1,9 @@
 """The whole data directory as one file: copied while a gateway runs, and brought back where none does."""
 
+import gzip
 import os
 import tarfile
+import zlib
 from contextlib import suppress
 from io import BytesIO
 from pathlib import Path
@@ -24,6 +26,7 @@ data = typer.Typer(
     no_args_is_help=True,
 )
 _PRIVATE_FILE, _PRIVATE_FOLDER = 0o600, 0o700
+_PIECE: Final = 1 << 20
 _UNCHANGED: Final = "; nothing was changed"
 _NOT_COPIED: Final = (FILE, f"{FILE}-wal", f"{FILE}-shm", LOCK, chain.FOLDER)
 """SQLite copies the journal, the security log is read at one moment, and locks are no part of a copy."""
@@ -107,12 +110,14 @@ def restore(source: Kept, data: Data = None) -> None:
 
 
 def _unpack(source: Path, folder: Path) -> None:
-    """Write all that a file holds; what is no copy of a data directory is refused."""
+    """Write all that a file holds; what is no copy of a data directory, or was damaged, is refused."""
     try:
-        with tarfile.open(source, "r:gz") as archive:
+        with gzip.open(source) as whole, tarfile.open(fileobj=whole, mode="r:") as archive:
             for member in archive:
                 _extract(archive, member, folder)
-    except (tarfile.TarError, EOFError) as error:
+            while whole.read(_PIECE):  # its checksum stands at its end
+                pass
+    except (tarfile.TarError, EOFError, gzip.BadGzipFile, zlib.error) as error:
         raise Failure(f"This is no copy of a data directory ({error}){_UNCHANGED}.", exits.USAGE) from None
     for path in (folder, *folder.rglob("*")):
         path.chmod(_PRIVATE_FOLDER if path.is_dir() else _PRIVATE_FILE)
