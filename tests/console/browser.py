@@ -41,7 +41,7 @@ PATIENTLY: Final = """
         const body = moves && JSON.stringify({ start_within_s: 60, ...(await asked.clone().json()) });
         return real(moves ? new Request(asked, { body }) : asked, ...more);
     };"""
-"""On a busy machine a move waits longer for its turn than an operator would."""
+"""Script by which moves wait longer for their turn than an operator would: the machine may be busy."""
 AXE: Final = CONSOLE / "node_modules" / "axe-core" / "axe.min.js"
 
 expect.set_options(timeout=PATIENCE_MS)

@@ -187,12 +187,12 @@ async def test_names_are_given_with_positions_and_alone_without_a_word_on_the_wi
     refused(await cell.put("/robots/r1/units/3/positions/1/name", {"name": "x"}), 404)
     assert cell.commands() == before
     held = (await cell.get(table)).json()
-    assert [it["name"] for it in held["positions"]] == ["load", "置き場"]
+    assert [entry["name"] for entry in held["positions"]] == ["load", "置き場"]
     await cell.put(f"{UNIT}/positions", held)  # sent back as it was told
     await cell.put(f"{UNIT}/positions", {"positions": [{"number": 2, "axes": mm(X=3)}]})
     assert (await cell.get(table)).json()["positions"][1]["name"] == "置き場"
     await cell.put(named, {"name": None})
-    assert [it["name"] for it in (await cell.get(table)).json()["positions"]] == ["load", None]
+    assert [entry["name"] for entry in (await cell.get(table)).json()["positions"]] == ["load", None]
     other = table.replace("units/1", "units/2")
     await cell.put(f"{other}", {"positions": [{"number": 1, "axes": mm(X=1)}]})
     assert (await cell.get(other)).json()["positions"][0]["name"] is None

@@ -111,7 +111,7 @@ async def test_a_loss_of_power_between_two_homings_leaves_nothing_to_compare(tmp
         await move(plant, "3F", Home())
         shift = await get_shift(plant)
         assert shift.homings == []
-        assert [(it.cause, it.moves) for it in shift.failures] == [("lost", 1)]
+        assert [(failure.cause, failure.moves) for failure in shift.failures] == [("lost", 1)]
 
 
 @in_virtual_time
