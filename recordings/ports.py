@@ -420,10 +420,10 @@ def _grouped(exchanges: Sequence[Exchange], key: Callable[[Exchange], bytes]) ->
 
 
 def _functions() -> list[str]:
-    """The innermost functions of the gateway that are at work."""
+    """The innermost functions of the gateway that are at work; the driver, which writes all, is left out."""
     found = []
     for frame in traceback.extract_stack():
-        *_, package, module = ("", "", *PurePath(frame.filename).parts)
-        if not {"gateway", "api"}.isdisjoint(PurePath(frame.filename).parts):
+        *_, package, module = parts = ("", "", *PurePath(frame.filename).parts)
+        if not {"gateway", "api"}.isdisjoint(parts) and (package, module) != ("core", "line.py"):
             found.append(f"{package}/{module}:{frame.lineno} {frame.name}")
     return found[-DEPTH:]

@@ -7,16 +7,20 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Any, Final
 
+from protocols.fics.status import STATUS_BITS
 from simulator.faults import Direction, Fault, Switch
 from simulator.fics.layout import Layout
 from simulator.fics.line import SimulatedFics
+from simulator.fics.line import build_line as build_fics
 from simulator.fics.quirks import QUIRKS as FICS_QUIRKS
-from simulator.rorze.line import Rc400Line
+from simulator.rorze.line import Rc400Line, build_line
 from simulator.rorze.quirks import QUIRKS as RC400_QUIRKS
 
 OTHERWISE: Final = ("differs", "contradicts")
 MEASURED: Final = ("late-replies", "turnaround", "copies-of-replies", "copies-of-answers")
 """Differences that are made as they were measured, not as a quirk makes them."""
+LATEST_S: Final = 600.0
+"""No reply is later in seconds."""
 LATE_TIMES: Final = 3.0
 """Multiple of the usual reply time beyond which a reply was a late one."""
 
@@ -63,10 +67,22 @@ class Likeness:
         self._turn(line, FICS_QUIRKS)
         line.settings = replace(line.settings, reply_delay_s=self._usual_s())
         if bits := self._right("robot.status_bits"):
+            if sorted(bits) != sorted(STATUS_BITS):
+                raise ValueError("these are no status bits")
             line.robot.settings = replace(line.robot.settings, status_bits=tuple(bits))
         if self._right("terminator") == "crlf":
             FICS_QUIRKS["robot-terminator"](line)
         return line
+
+    def try_out(self) -> None:
+        """Make a machine, and turn it: a report of nonsense fails in that.
+
+        :raises LookupError: as TypeError, AttributeError and ValueError: no machine can be so.
+        """
+        if self.is_robot:
+            self.turn_fics(build_fics(self.layout()))
+        else:
+            self.turn_rc400(build_line(self.bodies(), 0.0))
 
     def _turn(self, line: Any, quirks: Mapping[str, Callable[[Any], None]]) -> None:
         for result in self.report["results"]:
@@ -78,7 +94,7 @@ class Likeness:
 
     def faults(self) -> list[Switch]:
         """The faults that make replies late or doubled as often, and by as much, as was measured."""
-        times, copies = self.report["measured"]["replies_s"], self.report["measured"]["copies_s"]
+        times, copies = self._times("replies_s"), self._times("copies_s")
         usual = self._usual_s()
         late = [time_s > LATE_TIMES * usual + 0.05 for time_s in times]
         first = sum(now and not before for before, now in pairwise([False, *late]))
@@ -92,8 +108,14 @@ class Likeness:
         return faults
 
     def _usual_s(self) -> float:
-        times = sorted(self.report["measured"]["replies_s"])
-        return float(times[len(times) // 2]) if times else 0.0
+        times = sorted(self._times("replies_s"))
+        return times[len(times) // 2] if times else 0.0
+
+    def _times(self, name: str) -> list[float]:
+        times = [float(time_s) for time_s in self.report["measured"][name]]
+        if not all(0.0 <= time_s <= LATEST_S for time_s in times):
+            raise ValueError(f"{name} are no times")
+        return times
 
     def _right(self, key: str) -> Any:
         """The value of a setting that is right on the line: as proposed, or as the line's table has it."""
@@ -118,10 +140,10 @@ def read_likeness(path: Path) -> Likeness:
     """
     try:
         likeness = Likeness(json.loads(path.read_text("utf-8")))
-        _ = likeness.layout() if likeness.is_robot else likeness.bodies()
-        likeness.faults()
+        _ = likeness.title
+        likeness.try_out()
     except OSError as error:
         raise ValueError(f"{path} cannot be read: {error.strerror}") from None
-    except (KeyError, TypeError, IndexError, AttributeError, ValueError):
+    except (LookupError, TypeError, AttributeError, ValueError, RecursionError):
         raise ValueError(f"{path} is no report of motion-gateway commission") from None
     return likeness

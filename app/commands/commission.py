@@ -193,8 +193,10 @@ def _alone(line_id: str, file: Path, terms: "Terms", progress: ProgressLine) -> 
         raise Failure(f"{error} The line {line_id} was not commissioned.", exits.NOT_SENT) from None
     except KeyboardInterrupt:
         moving = "a motor that a trial had moved was stopped by software: look whether it stands. "
+        owed = debts.file is not None and debts.file.exists()
+        left = f"Not all that was set is set back ({debts.file})" if owed else "What was set was set back"
         raise Failure(
-            f"It was broken off, and there is no report. What was set was set back; {moving}Begin anew.",
+            f"It was broken off, and there is no report. {left}; {moving}Begin anew.",
             exits.REFUSED,
         ) from None
 

@@ -1,6 +1,13 @@
 """`simulate --like`: what was found on a line is found on the simulator that is like it."""
 
+import json
+from collections.abc import Iterator
+from contextlib import suppress
+from copy import deepcopy
+from functools import reduce
+from operator import getitem
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -11,7 +18,7 @@ from simulator.fics.line import build_line as build_fics
 from simulator.likeness import read_likeness
 from simulator.rorze.line import build_line
 from simulator.truth import TruthLog
-from tests.commissioning.benches import CONFIG, Machine, commissioned, unlike
+from tests.commissioning.benches import CONFIG, MAKES, Machine, commissioned, unlike
 from tests.commissioning.test_quirks import CASES, Case, quirky
 from tests.plants import in_virtual_time
 
@@ -74,3 +81,38 @@ def test_what_is_no_report_is_refused(text: str, tmp_path: Path) -> None:
         read_likeness(tmp_path / "F.json")
     with pytest.raises(ValueError, match="cannot be read"):
         read_likeness(tmp_path / "G.json")
+
+
+JUNK: tuple[object, ...] = (None, -1, 1e308, "", "xx", [], [[]], {}, {"a": 1}, True, ["00"])
+
+
+def places(value: Any, path: tuple[Any, ...] = ()) -> Iterator[tuple[Any, ...]]:
+    """Every place in a report, of lists the first entry alone."""
+    yield path
+    entries = (
+        value.items()
+        if isinstance(value, dict)
+        else [(0, value[0])]
+        if isinstance(value, list) and value
+        else []
+    )
+    for key, entry in entries:
+        yield from places(entry, (*path, key))
+
+
+@pytest.mark.parametrize("line_id", MAKES)
+@in_virtual_time
+async def test_nonsense_at_any_place_of_a_report_is_refused_or_does_no_harm(
+    line_id: str, tmp_path: Path
+) -> None:
+    found, _ = await commissioned(MAKES[line_id]())
+    report = found.model_copy(update={"frames": []}).model_dump(mode="json")
+    file = tmp_path / "F.json"
+    for path in [path for path in places(report) if path]:
+        for junk in JUNK:
+            odd = deepcopy(report)
+            *before, last = path
+            reduce(getitem, before, odd)[last] = junk
+            file.write_text(json.dumps(odd), "utf-8")
+            with suppress(ValueError):
+                read_likeness(file)

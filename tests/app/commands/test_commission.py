@@ -222,6 +222,9 @@ def test_ctrl_c_says_what_was_done_to_the_motor(file: Path, monkeypatch: pytest.
     said = run("commission", "robot", "--config", file)
     assert said.exit_code == 1
     assert "What was set was set back" in said.stderr
+    owed = debts_file(file, "robot")
+    owed.write_text("[]", "utf-8")
+    assert f"Not all that was set is set back ({owed})" in run("commission", "robot", "--config", file).stderr
 
 
 def test_a_killed_commissioning_is_told_of_and_set_back_by_the_next(file: Path) -> None:
