@@ -48,12 +48,12 @@ async def test_scara_robots_come_change_and_go_with_their_line_alone(tmp_path: P
 
 @in_virtual_time
 async def test_what_bodies_tell_goes_to_scara_robots_once_there_is_one_and_once(tmp_path: Path) -> None:
-    async with hall(tmp_path, ARM) as it:
-        scaras = it.plant.family(Scaras)
+    async with hall(tmp_path, ARM) as here:
+        scaras = here.plant.family(Scaras)
         assert scaras.family.listeners == []
         for tables in ((ARM, WAFER), (ARM,), (ARM, WAFER)):
-            it.write(*tables)
-            await reload(it.plant, ME, dry_run=False)
+            here.write(*tables)
+            await reload(here.plant, ME, dry_run=False)
             assert scaras.family.listeners == [scaras.moves]
 
 
