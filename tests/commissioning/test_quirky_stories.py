@@ -1,5 +1,6 @@
 """The stories of each family on lines that are otherwise than is assumed, with the proposed change."""
 
+import asyncio
 import logging
 import sys
 from collections.abc import Callable, Iterator, Mapping
@@ -17,6 +18,9 @@ from commissioning.assumptions import BY_SLUG
 from commissioning.findings import Result
 from gateway.config import Config
 from gateway.config import parse as parsed
+from gateway.core.errors import Expired
+from gateway.core.move_record import MoveStatus
+from gateway.rorze.move_requests import BodyJogRequest
 from simulator.fics.line import build_line as build_fics
 from simulator.fics.quirks import QUIRKS as FICS_QUIRKS
 from simulator.rorze.line import build_line as build_rc400
@@ -25,9 +29,11 @@ from tests import fics_plants, plants
 from tests.commissioning.benches import with_changes
 from tests.commissioning.test_quirks import CASES, DEEDS, Case
 from tests.drawing import commit
-from tests.drawn_faults import Story
+from tests.drawn_faults import AGAIN_S, Story, Strike
 from tests.gateway import test_drawn_faults
+from tests.gateway.rorze_scara.cell import cell, mm
 from tests.gateway.test_drawn_faults import BODY_STORIES, ROBOT_STORIES
+from tests.plants import rig
 from tests.virtual_time import run_virtual
 
 FEW: Final = 6
@@ -48,7 +54,7 @@ LEFT_OUT: Final[Mapping[str, Mapping[str, str]]] = MappingProxyType(
             "where each reply takes 0.26 s the first proof is older when the third is there",
         },
         "silent-xid": {
-            "a_group_moves": "an old link master knows no groups",
+            "a_group_moves": "virtual bodies are 80 to 9E, and behind $ and # stands one digit (12)",
             "a_scara_moves": "a SCARA robot takes a group",
         },
     }
@@ -122,6 +128,29 @@ def name_of(value: object) -> str:
 
 def test_the_page_tells_what_is_left_where_stories_are_left_out() -> None:
     assert {slug for slug in LEFT_OUT if not BY_SLUG[slug].rest} == set()
+
+
+async def a_jog_is_refused(_struck: Strike) -> None:
+    async with rig(groups={}) as plant:
+        with pytest.raises(Expired, match="nothing was sent"):
+            await plant.plant.rorze.jogs.start(plant.body(), BodyJogRequest(direction="cw"))
+        await asyncio.sleep(AGAIN_S)
+        assert plant.axis().position(asyncio.get_running_loop().time()) == 0
+        assert not plant.axis().motor.moving
+
+
+async def a_scara_is_refused(_struck: Strike) -> None:
+    async with cell() as robot:
+        with pytest.raises(Expired, match="nothing was sent"):
+            await robot.start("line", x=mm(20), y=mm(130))
+        await asyncio.sleep(AGAIN_S)
+        assert [move.status for move in robot.moves.log.of("wafer")] == [MoveStatus.CANCELLED]
+        assert not any(robot.moving())
+
+
+@pytest.mark.parametrize("story", [a_jog_is_refused, a_scara_is_refused])
+def test_stories_of_a_slow_line_that_are_left_out_are_refused_and_nothing_moves(story: Story) -> None:
+    tell(RIGHT["robot", "turnaround"], story)
 
 
 @pytest.mark.parametrize(("case", "story"), Random(commit()).sample(STORIES, FEW), ids=name_of)
