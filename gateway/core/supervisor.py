@@ -130,20 +130,21 @@ def do_each(what: str, *deeds: Callable[[], T]) -> Outcomes[T]:
     outcomes: Outcomes[T] = Outcomes()
     for deed in deeds:
         try:
-            outcomes.append(_twice(what, deed))
+            outcomes.append(deed())
         except Exception as error:
-            outcomes.note(what, error)
+            _once_more(outcomes, what, deed, error)
     return outcomes
 
 
-def _twice(what: str, deed: Callable[[], T]) -> T:
+def _once_more(outcomes: Outcomes[T], what: str, deed: Callable[[], T], error: Exception) -> None:
+    if isinstance(error, GatewayError):
+        outcomes.note(what, error)
+        return
+    log.error("%s has met a fault of the gateway itself, and is done again", what, exc_info=error)
     try:
-        return deed()
-    except GatewayError:
-        raise
-    except Exception:
-        log.exception("%s has met a fault of the gateway itself, and is done again", what)
-    return deed()
+        outcomes.append(deed())
+    except Exception as fault:
+        outcomes.note(what, fault)
 
 
 async def do_in_turn(what: str, *deeds: Deed) -> Outcomes[Any]:

@@ -6,12 +6,12 @@ from benchmarks.trace_calls import CallTrace, first_move, first_move_of_body
 from tests.api.robots.cell import Cell, in_cell
 from tests.api.stand import Stand, on_stand
 
-ABOVE_THE_LINE = 309
-IN_ALL = 835
+ABOVE_THE_LINE = 477
+IN_ALL = 934
 FILES = 77
-OF_A_BODY = 320
-OF_A_BODY_ABOVE = 190
-FILES_OF_A_BODY = 70
+OF_A_BODY = 342
+OF_A_BODY_ABOVE = 225
+FILES_OF_A_BODY = 72
 
 
 @pytest.mark.parametrize("mode", [2, 3])
