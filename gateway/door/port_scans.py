@@ -51,8 +51,9 @@ async def list_ports(plant: Plant) -> PortList:
     over="The scan is over.",
     description=f"""Ask who is at ports that no line has: {_MAY_BE}.
 
-Only questions are sent; whatever else is at a port hears bytes that it does not know. `POST /lines` adds
-the `line` of what is found, with its `comment`.""",
+No motor moves, and no setting changes. Each unit of a robot that stands is selected in turn, to count its
+axes, and then the first one again. Whatever else is at a port hears bytes that it does not know. `POST
+/lines` adds the `line` of what is found, with its `comment`.""",
 )
 async def start_port_scan(plant: Plant, wanted: PortScanRequest, *, wait: Wait = None) -> PortScan:
     """Begin a scan of ports."""

@@ -148,15 +148,13 @@ class AxisState(AnswerModel):
 
 
 class UnitStatus(AnswerModel):
-    """How a unit is."""
+    """The state of a unit and its axes."""
 
     robot_id: str
     unit: int
-    moving: bool = Field(description="The state of a unit and its axes.")
-    axes: dict[str, AxisState] = Field(
-        description="True if an axis moves, or a macro, homing or a move is under way."
-    )
-    read_at: datetime = Field(description="States of the motor axes, by name.")
+    moving: bool = Field(description="True if an axis moves, or a macro, homing or a move is under way.")
+    axes: dict[str, AxisState] = Field(description="States of the motor axes, by name.")
+    read_at: datetime
     age_ms: float
 
 

@@ -2512,8 +2512,9 @@ class AsyncOperations(Protocol):
     ) -> PortScan:
         """Ask who is at ports that no line has: an RC-400 with which bodies, or a Fics robot.
 
-        Only questions are sent; whatever else is at a port hears bytes that it does not know. `POST /lines` adds
-        the `line` of what is found, with its `comment`.
+        No motor moves, and no setting changes. Each unit of a robot that stands is selected in turn, to count its
+        axes, and then the first one again. Whatever else is at a port hears bytes that it does not know. `POST
+        /lines` adds the `line` of what is found, with its `comment`.
         """
         answer: PortScan = await self.call(
             "POST", filled("/system/scans"), query={"wait": wait}, body=body, idempotency_key=idempotency_key

@@ -7780,16 +7780,15 @@ class UnitSettings(TypedDict):
 
 
 class UnitStatus(TypedDict):
-    """How a unit is."""
+    """The state of a unit and its axes."""
 
     robot_id: str
     unit: int
     moving: bool
-    """The state of a unit and its axes."""
-    axes: dict[str, AxisState]
     """True if an axis moves, or a macro, homing or a move is under way."""
-    read_at: str
+    axes: dict[str, AxisState]
     """States of the motor axes, by name."""
+    read_at: str
     age_ms: float
 
 

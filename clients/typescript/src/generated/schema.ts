@@ -3457,8 +3457,9 @@ export interface paths {
          * Start Port Scan
          * @description Ask who is at ports that no line has: an RC-400 with which bodies, or a Fics robot.
          *
-         *     Only questions are sent; whatever else is at a port hears bytes that it does not know. `POST /lines` adds
-         *     the `line` of what is found, with its `comment`.
+         *     No motor moves, and no setting changes. Each unit of a robot that stands is selected in turn, to count its
+         *     axes, and then the first one again. Whatever else is at a port hears bytes that it does not know. `POST
+         *     /lines` adds the `line` of what is found, with its `comment`.
          */
         post: operations["startPortScan"];
         delete?: never;
@@ -21861,7 +21862,7 @@ export interface components {
         };
         /**
          * UnitStatus
-         * @description How a unit is.
+         * @description The state of a unit and its axes.
          */
         UnitStatus: {
             /** Robot Id */
@@ -21870,12 +21871,12 @@ export interface components {
             unit: number;
             /**
              * Moving
-             * @description The state of a unit and its axes.
+             * @description True if an axis moves, or a macro, homing or a move is under way.
              */
             moving: boolean;
             /**
              * Axes
-             * @description True if an axis moves, or a macro, homing or a move is under way.
+             * @description States of the motor axes, by name.
              */
             axes: {
                 [key: string]: components["schemas"]["AxisState"];
@@ -21883,7 +21884,6 @@ export interface components {
             /**
              * Read At
              * Format: date-time
-             * @description States of the motor axes, by name.
              */
             read_at: string;
             /** Age Ms */
