@@ -51,6 +51,7 @@ def test_a_thumb_reaches_everything(demo: str, open_console: Open, language: str
         assert header["height"] <= HEADER_PX, path
         assert console.page.evaluate(TOO_SMALL, LEAST_PX) == [], path
         assert console.page.evaluate(SIDEWAYS) == [], path
+        assert console.faults() == [], path
 
 
 @pytest.mark.parametrize("path", PAGES)
