@@ -561,7 +561,7 @@ def test_what_happens_goes_on_where_a_listener_meets_a_fault(
     hub.listeners += [fail, heard.append]
     publish(hub, 2)
     assert numbers(heard) == [1, 2]
-    assert "event line.up has met a fault of the gateway itself" in caplog.text
+    assert "an event has met a fault of the gateway itself" in caplog.text
 
 
 class Outlet:
