@@ -3,7 +3,7 @@
 import shlex
 import shutil
 import subprocess
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -34,6 +34,7 @@ PATIENCE_MS: Final = 60_000
 """Milliseconds after which, on a busy machine too, a thing that has not happened never will."""
 SCAN_MS: Final = 240_000
 """The silence of each of 120 body numbers is waited for; backups and restores ask as much."""
+TRIES: Final = 5
 PATIENTLY: Final = """
     const real = fetch;
     window.fetch = async (asked, ...more) => {
@@ -165,6 +166,20 @@ class Console:
         self.button(f"Copy as curl: {action}").click()
         expect(notice).to_have_count(1)
         return shlex.split(self.page.evaluate("navigator.clipboard.readText()"))
+
+    def hold(self, key: str, moves: Callable[[], bool]) -> None:
+        """Hold a key; a line that a busy machine does not let have its turn in two seconds refuses a jog."""
+        bad = self.page.locator(".notices .bad")
+        for _ in range(TRIES):
+            expect(self.button(key)).to_have_attribute("aria-disabled", "false")
+            self.button(key).hover()
+            self.page.mouse.down()
+            if until(lambda: moves() or bad.count(), "it moves, or says why not") is True:
+                return
+            expect(bad).to_contain_text("in time; nothing was sent")
+            self.page.mouse.up()
+            self.button("Close").click()
+        raise AssertionError("it never moved")
 
     def faults(self) -> list[str]:
         """Give what axe finds serious."""

@@ -4,7 +4,7 @@ from collections.abc import Callable
 
 import httpx
 import pytest
-from playwright.sync_api import Page, expect
+from playwright.sync_api import Page
 
 from tests.console.browser import Console
 from tests.e2e.processes import until
@@ -17,7 +17,6 @@ KEYS = {
     "r1": ("Jog X+", "/robots/r1"),
     "wafer": ("Jog X+", "/scaras/wafer"),
 }
-TRIES = 5
 HIDDEN = """() => {
     Object.defineProperty(document, "visibilityState", { value: "hidden" });
     document.dispatchEvent(new Event("visibilitychange"));
@@ -30,21 +29,6 @@ LOST: dict[str, Callable[[Page], None]] = {
     "turn": lambda page: page.set_viewport_size({"width": 844, "height": 390}),
     "network": lambda page: page.context.set_offline(True),
 }
-
-
-def hold(console: Console, key: str, moves: Callable[[], bool]) -> None:
-    """Hold a key; a line that a busy machine does not let have its turn in two seconds refuses a jog."""
-    bad = console.page.locator(".notices .bad")
-    for _ in range(TRIES):
-        expect(console.button(key)).to_have_attribute("aria-disabled", "false")
-        console.button(key).hover()
-        console.page.mouse.down()
-        if until(lambda: moves() or bad.count(), "it moves, or says why not") is True:
-            return
-        expect(bad).to_contain_text("in time; nothing was sent")
-        console.page.mouse.up()
-        console.button("Close").click()
-    raise AssertionError("it never moved")
 
 
 def moving(demo: str, path: str) -> bool:
@@ -66,7 +50,7 @@ def test_what_is_held_stops_when_its_hold_is_lost(demo: str, open_console: Open,
         home = f"{demo}{path}/units/1/moves?wait=60"
         httpx.post(home, json={"kind": "home"}, timeout=90).raise_for_status()
     console = open_console(demo, f"#/pendant/{of}")
-    hold(console, key, lambda: moving(demo, path))
+    console.hold(key, lambda: moving(demo, path))
     LOST[lost](console.page)
     stood: list[bool] = []
 

@@ -270,8 +270,7 @@ def press_key(console: Console) -> None:
 def test_a_jog_ends_with_the_page(plant: Plant, open_console: Open) -> None:
     console = open_console(plant.url, "#/robot/r1")
     until(lambda: not plant.gateway.get("/robots/r1")["moving"], "the robot stands still")
-    press_mouse(console)
-    until(lambda: plant.gateway.get("/robots/r1")["moving"], "the axis jogs")
+    console.hold("Jog X+", lambda: bool(plant.gateway.get("/robots/r1")["moving"]))
     console.page.close(run_before_unload=False)
     until(lambda: not plant.gateway.get("/robots/r1")["moving"], "the axis stands still")
 
