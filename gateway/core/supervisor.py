@@ -189,8 +189,12 @@ class Observers(list[Callable[P, object]], Generic[P]):
         self._what = what
 
     def __call__(self, *told: P.args, **named: P.kwargs) -> None:
-        """Tell all of them."""
-        do_each(self._what, *(partial(observer, *told, **named) for observer in self))
+        """Tell all of them, each once: news that came twice would be other news."""
+        for observer in self:
+            try:
+                observer(*told, **named)
+            except Exception:
+                log.exception("%s has met a fault of the gateway itself", self._what)
 
 
 # a fault that becomes a result

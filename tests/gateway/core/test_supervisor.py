@@ -162,13 +162,14 @@ ENDS = {"a": 0, "b": 1, "c": 9, "d": 0}
 def test_an_observer_that_meets_a_fault_keeps_no_other_from_the_news() -> None:
     told: list[str] = []
 
-    def fail(_: str) -> None:
+    def fail(news: str) -> None:
+        told.append(f"{news}, in vain")
         raise ZeroDivisionError
 
     observers = Observers[[str]]("the news")
     observers += [told.append, fail, told.append]
     observers("up")
-    assert told == ["up", "up"]
+    assert told == ["up", "up, in vain", "up"], "each is told once"
 
 
 def test_a_fault_becomes_a_result_and_the_end_of_a_task_passes() -> None:
