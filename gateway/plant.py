@@ -414,7 +414,7 @@ class Plant:
             "epoch": epoch,
         }
         self.events.publish("line.owned", f"/lines/{line_id}", told)
-        self._go_on_with_moves(line_id, old)
+        do_each(f"the moves that {old} has begun", partial(self._go_on_with_moves, line_id, old))
 
     def moves_under_way(self, line_id: str) -> list[MoveRecord]:
         """The moves on a line that are not over."""

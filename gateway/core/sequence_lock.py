@@ -61,10 +61,7 @@ class SequenceLock:
             yield mine
         finally:
             SERIES.reset(before)
-            self._let_go(mine)
-
-    def _let_go(self, mine: Series | None) -> None:
-        insist(RELEASE, partial(self._release, mine), self.on_free)
+            insist(RELEASE, partial(self._release, mine), self.on_free)
 
     def _release(self, mine: Series | None) -> None:
         """Pass it on; once, though after a fault of the gateway itself it is tried again."""
@@ -89,7 +86,7 @@ class SequenceLock:
 
     def _give_up(self, turn: "asyncio.Future[None]", queue: "deque[asyncio.Future[None]]") -> None:
         if not turn.cancelled():
-            self._let_go(self.holder)
+            insist(RELEASE, partial(self._release, self.holder), self.on_free)
         elif turn in queue:
             queue.remove(turn)
 

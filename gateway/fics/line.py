@@ -6,6 +6,7 @@ import random
 import re
 from collections.abc import Callable, Iterable
 from contextlib import AbstractContextManager
+from functools import partial
 from typing import Any
 
 from gateway.core.errors import Cancelled, Expired, GarbledReply, GatewayError, NoReply, NotSent, QueueFull
@@ -14,6 +15,7 @@ from gateway.core.line import LineDriver
 from gateway.core.line_state import LineState
 from gateway.core.origin import SET_UP as SET_UP_ORIGIN
 from gateway.core.origin import acting
+from gateway.core.supervisor import insist
 from gateway.fics.exchange import ROBOT, SET_UP, FicsExchange, Outcome, Proof, ReplyFrame, RobotAnswered
 from gateway.fics.session import FicsSession, offline_error
 from gateway.texts import text
@@ -239,7 +241,7 @@ class FicsLine(LineDriver[FicsExchange, ReplyFrame, ReplyFrame]):
     def power_was_lost(self, reason: str) -> None:
         """The robot was found in the mode of power-on: nothing is said to it until it is set up again."""
         self._begin_set_up()
-        self.set_up_again(reason)
+        insist("the set-up of a robot", partial(self.set_up_again, reason))
         self._lost_power()
         self._known = False  # only now: the set-up would find it once more
 

@@ -262,7 +262,7 @@ async def test_a_fault_that_nobody_foresaw_takes_the_line_down_until_the_next_tr
     line.start()
     await asyncio.sleep(30)
     assert len(port.openings) > 3
-    assert line.trouble == "RuntimeError: the driver is out of its mind"
+    assert line.trouble == "a fault of the gateway itself, RuntimeError: the driver is out of its mind"
     assert [record.exc_info is not None for record in caplog.records].count(True) == 1
     port.trouble = ""
     await until(lambda: line.state is LineState.READY)
@@ -276,7 +276,7 @@ async def test_a_fault_in_a_set_up_closes_the_port_and_it_is_opened_anew() -> No
         line.set_up_fault = ValueError("no such frame")
         line.set_up_again("the far end has restarted")
         await until(lambda: port.closed)
-        assert line.broken_off == ["ValueError: no such frame"]
+        assert line.broken_off == ["a fault of the gateway itself, ValueError: no such frame"]
         await until(lambda: line.state is LineState.READY)
         assert line.set_ups == [True, False, True]
 
