@@ -22,6 +22,7 @@ from gateway.core.gate import Gate
 from gateway.core.load import Load
 from gateway.core.origin import FENCE
 from gateway.core.scheduler import Scheduler, is_abandoned
+from gateway.core.supervisor import insist
 from protocols.lines import Garbage
 from protocols.members import at_hand
 
@@ -333,8 +334,8 @@ class Session(ABC, Generic[X, F]):
             self.sent.append(exchange)
         if awaited is Awaited.FIRST:
             self.sent.first = exchange
-        if exchange.on_written is not None:
-            exchange.on_written(now)
+        if exchange.on_written is not None:  # whatever it meets: who wrote a motion has to know it
+            insist("the note that a command is on the wire", partial(exchange.on_written, now))
         return self.has_something()
 
     # what comes back
