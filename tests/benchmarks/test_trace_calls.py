@@ -6,11 +6,11 @@ from benchmarks.trace_calls import CallTrace, first_move, first_move_of_body
 from tests.api.robots.cell import Cell, in_cell
 from tests.api.stand import Stand, on_stand
 
-ABOVE_THE_LINE = 477
+ABOVE_THE_LINE = 478
 IN_ALL = 934
 FILES = 77
 OF_A_BODY = 342
-OF_A_BODY_ABOVE = 225
+OF_A_BODY_ABOVE = 226
 FILES_OF_A_BODY = 72
 
 
