@@ -7,9 +7,9 @@ from tests.api.robots.cell import Cell, in_cell
 from tests.api.stand import Stand, on_stand
 
 ABOVE_THE_LINE = 478
-IN_ALL = 934
+IN_ALL = 935
 FILES = 77
-OF_A_BODY = 342
+OF_A_BODY = 343
 OF_A_BODY_ABOVE = 226
 FILES_OF_A_BODY = 72
 
