@@ -35,10 +35,11 @@ PATIENCE_MS: Final = 60_000
 SCAN_MS: Final = 240_000
 """The silence of each of 120 body numbers is waited for; backups and restores ask as much."""
 TRIES: Final = 5
-PATIENTLY: Final = """
+PATIENTLY: Final = r"""
     const real = fetch;
     window.fetch = async (asked, ...more) => {
-        const moves = asked instanceof Request && asked.method === "POST" && asked.url.endsWith("/moves");
+        const moves = asked instanceof Request && asked.method === "POST"
+            && /\/(bodies|groups|units)\/[^/]+\/moves$/.test(asked.url);
         const body = moves && JSON.stringify({ start_within_s: 60, ...(await asked.clone().json()) });
         return real(moves ? new Request(asked, { body }) : asked, ...more);
     };"""
