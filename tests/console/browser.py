@@ -34,6 +34,7 @@ PATIENCE_MS: Final = 60_000
 """Milliseconds after which, on a busy machine too, a thing that has not happened never will."""
 SCAN_MS: Final = 240_000
 """The silence of each of 120 body numbers is waited for; backups and restores ask as much."""
+AFTER_A_DOUBLE_CLICK_MS: Final = 600
 TRIES: Final = 5
 PATIENTLY: Final = r"""
     const real = fetch;
@@ -141,6 +142,11 @@ class Console:
     def button(self, name: str) -> Locator:
         """The button of a name, which is all of it."""
         return self.page.get_by_role("button", name=name, exact=True)
+
+    def again(self, name: str) -> None:
+        """Click a button once more, later than for a double click."""
+        self.page.wait_for_timeout(AFTER_A_DOUBLE_CLICK_MS)
+        self.button(name).click()
 
     def go(self, path: str) -> None:
         """Follow a link within the console."""

@@ -8,7 +8,7 @@ import httpx
 import pytest
 from playwright.sync_api import Route, expect
 
-from tests.console.browser import Console, Guarded, Plant, plant_in
+from tests.console.browser import AFTER_A_DOUBLE_CLICK_MS, Console, Guarded, Plant, plant_in
 from tests.e2e.processes import until
 
 pytestmark = pytest.mark.prove
@@ -23,9 +23,6 @@ def held_up(plant: Plant) -> Iterator[Plant]:
     yield plant
     plant.gateway.program.signal(signal.SIGCONT)
     until(lambda: plant.gateway.http.get("/readyz").is_success, "the gateway is ready again")
-
-
-AFTER_A_DOUBLE_CLICK_MS = 600
 
 
 def moves_of(plant: Plant) -> int:
