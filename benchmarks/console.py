@@ -18,8 +18,8 @@ CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
 ROUNDS = 3
 LOADS_S = 2.0
 """The page has read all that it shows once."""
-FAR = {"kind": "relative", "direction": "cw", "distance": {"value": 9_000_000, "unit": "pulse"}}
-"""Far enough to last; the way back is stopped."""
+FAR = {"value": 900_000, "unit": "pulse"}
+"""The limit sensors are a little farther; each round goes the other way."""
 LINE = "reply_timeout_s = 3.0\n"
 """The simulator shares its processor with the browser."""
 Watched = tuple[float, float, float]
@@ -58,15 +58,22 @@ async def _rounds(seconds: float) -> list[tuple[Watched, Watched]]:
         ours = gateway_on_line(BODIES, apart, f"{LINE}{SWEEP_GROUPS}")
         process, web = await stack.enter_async_context(ours)
         await asyncio.sleep(SETTLE_S)
-        await _let_all_move(web)
-        return [await _round(browser, process, f"http://127.0.0.1:{web}/", seconds) for _ in range(ROUNDS)]
+        return [
+            await _round(browser, process, f"http://127.0.0.1:{web}/", seconds, "ccw" if number % 2 else "cw")
+            for number in range(ROUNDS)
+        ]
 
 
-async def _let_all_move(web: int) -> None:
-    """Let every body move for as long as the measurement lasts."""
-    async with httpx.AsyncClient(base_url=f"http://127.0.0.1:{web}", timeout=60, trust_env=False) as client:
+async def _let_all_move(url: str, direction: str) -> None:
+    """Let every body move one way, half a minute long, once the last round's moves are over."""
+    async with httpx.AsyncClient(base_url=url, timeout=60, trust_env=False) as client:
         for body in BODIES:
-            (await client.post(f"/bodies/{body:02X}/moves", json=FAR)).raise_for_status()
+            earlier = (await client.get(f"/bodies/{body:02X}/moves")).json()["moves"]
+            if earlier:
+                await client.get(f"/bodies/{body:02X}/moves/{earlier[0]['id']}", params={"wait": 60})
+        for body in BODIES:
+            move = {"kind": "relative", "direction": direction, "distance": FAR}
+            (await client.post(f"/bodies/{body:02X}/moves", json=move)).raise_for_status()
 
 
 async def browser_in(stack: AsyncExitStack) -> Browser:
@@ -77,9 +84,12 @@ async def browser_in(stack: AsyncExitStack) -> Browser:
     return browser
 
 
-async def _round(browser: Browser, process: Process, url: str, seconds: float) -> tuple[Watched, Watched]:
+async def _round(
+    browser: Browser, process: Process, url: str, seconds: float, direction: str
+) -> tuple[Watched, Watched]:
     page = await browser.new_page(viewport={"width": 1280, "height": 900})
     empty = await _watched(browser, page, process, seconds)
+    await _let_all_move(url, direction)
     await page.goto(url)
     await page.locator("a.tile").nth(len(BODIES) - 1).wait_for()
     await asyncio.sleep(LOADS_S)
