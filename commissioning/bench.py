@@ -1,12 +1,12 @@
 """A line on the bench: numbered questions to it, and what their answers show together."""
 
 import asyncio
-from collections.abc import AsyncIterator, Awaitable, Callable, Iterator, Sequence
+from collections.abc import AsyncIterator, Awaitable, Callable, Iterator, Mapping, Sequence
 from contextlib import asynccontextmanager, suppress
 from dataclasses import dataclass
 from math import ceil
 from statistics import median
-from typing import Any
+from typing import Any, ClassVar
 
 from commissioning.assumptions import Assumption, Level
 from commissioning.conversation import Conversation, Frame, Heard
@@ -73,6 +73,11 @@ class Terms:
 class Bench:
     """A line with all that a trial needs of it."""
 
+    rows: ClassVar[Mapping[str, Any]] = {}
+    """The rows of its family's commands, by their names."""
+    kind: ClassVar[str] = ""
+    """The kind of its controllers, as a sentence names one."""
+
     def __init__(self, line: Any, talk: Conversation, terms: Terms) -> None:
         self.line = line
         self.talk = talk
@@ -114,7 +119,9 @@ class Bench:
 
         :raises ValueError: there is none such.
         """
-        raise NotImplementedError
+        if debt.command not in self.rows:
+            raise ValueError(f"{debt.command} is no command of {self.kind}")
+        return self.rows[debt.command].model_validate(debt.fields)
 
     def frame_of(self, debt: Debt) -> bytes:
         """The frame that pays a debt."""

@@ -51,28 +51,24 @@ class Debts:
 
         :raises OSError: it cannot be written.
         """
-        self._owed.append(debt)
-        try:
-            self._write()
-        except OSError:
-            self._owed.remove(debt)
-            raise
+        self._keep([*self._owed, debt])
 
     def cross_out(self, debt: Debt) -> None:
         """Forget a debt that is paid; the file goes with the last one.
 
         :raises OSError: it cannot be written.
         """
-        self._owed.remove(debt)
-        self._write()
+        owed = [*self._owed]
+        owed.remove(debt)
+        self._keep(owed)
 
-    def _write(self) -> None:
-        if self.file is None:
-            return
-        if self._owed:
-            write_whole(self.file, _DEBTS.dump_json(self._owed, indent=1).decode())
-        else:
+    def _keep(self, owed: list[Debt]) -> None:
+        """Write debts down, and only then count with them."""
+        if self.file is not None and owed:
+            write_whole(self.file, _DEBTS.dump_json(owed, indent=1).decode())
+        elif self.file is not None:
             self.file.unlink(missing_ok=True)
+        self._owed = owed
 
 
 def debts_file(config: Path, line_id: str) -> Path:

@@ -50,6 +50,9 @@ _NUMBER = re.compile(r"[+-]?[0-9]*\.?([0-9]*)")
 class FicsBench(Bench):
     """A robot at its port."""
 
+    rows = BY_NAME
+    kind = "a Fics"
+
     def __init__(self, line: Any, talk: Conversation, terms: Terms) -> None:
         super().__init__(line, talk, terms)
         self._variables = count()
@@ -152,15 +155,6 @@ class FicsBench(Bench):
         """The places of all motors, where each tells that it stands; None if one does not."""
         status, places = await self.read(GetAxisStatus()), await self.told(GetMotorPosition())
         return places if status is not None and {axis.motion_mode for axis in status.axes} <= STANDS else None
-
-    def command_of(self, debt: Debt) -> FicsCommand[Any]:
-        """The command that pays a debt.
-
-        :raises ValueError: there is none such.
-        """
-        if debt.command not in BY_NAME:
-            raise ValueError(f"{debt.command} is no command of a Fics")
-        return BY_NAME[debt.command].model_validate(debt.fields)
 
     def frame_of(self, debt: Debt) -> bytes:
         """The frame that pays a debt."""

@@ -51,6 +51,9 @@ READ_TWICE_S: Final = 1.0
 class RorzeBench(Bench):
     """An RC-400 with its bodies."""
 
+    rows = BY_NAME
+    kind = "an RC-420"
+
     def __init__(self, line: Any, talk: Conversation, terms: Terms) -> None:
         super().__init__(line, talk, terms)
         self._entries = count()
@@ -90,15 +93,6 @@ class RorzeBench(Bench):
                 except WireFault:
                     return None
         return None
-
-    def command_of(self, debt: Debt) -> RorzeCommand[Any]:
-        """The command that pays a debt.
-
-        :raises ValueError: there is none such.
-        """
-        if debt.command not in BY_NAME:
-            raise ValueError(f"{debt.command} is no command of an RC-420")
-        return BY_NAME[debt.command].model_validate(debt.fields)
 
     def frame_of(self, debt: Debt) -> bytes:
         """The frame that pays a debt."""

@@ -178,3 +178,27 @@ async def test_debts_that_cannot_be_read_send_nothing(text: str, tmp_path: Path)
 
 def test_they_stand_beside_the_configuration(tmp_path: Path) -> None:
     assert debts_file(tmp_path / "gateway.toml", "line1") == tmp_path / "gateway.toml.line1.owed"
+
+
+def test_a_debt_that_cannot_be_crossed_out_stands_and_is_crossed_out_later(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    debts = Debts(tmp_path / "owed")
+    first, second = (Debt(place=place, command="set-user-comment", fields={}) for place in (0, 1))
+    debts.note(first)
+    debts.note(second)
+
+    def full(*_: object) -> None:
+        raise OSError
+
+    with monkeypatch.context() as patched:
+        patched.setattr("commissioning.debts.write_whole", full)
+        for _ in range(2):
+            with pytest.raises(OSError):  # noqa: PT011  # the disk's
+                debts.cross_out(second)
+        with pytest.raises(OSError):  # noqa: PT011  # the disk's
+            debts.note(second)
+    debts.cross_out(second)
+    assert list(debts.left()) == [first]
+    debts.cross_out(first)
+    assert not (tmp_path / "owed").exists()
